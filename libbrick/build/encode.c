@@ -1,0 +1,215 @@
+/* One brick: gather with the volume's edge repeated, ranges over cells, constant test, compression. Pure
+ * function of the window: no state but the worker's scratch memory. */
+#include "encode.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+size_t encoder_bytes(const struct brick_grid *grid)
+{
+    size_t cells = (size_t)(grid->edge + 1) * (grid->edge + 1) * (grid->edge + 1);
+    return brick_grid_max_payload_bytes(grid) + cells * (2 * brick_type_bytes(grid->type) + 3);
+}
+
+int encoder_init(struct encoder *e, const struct brick_grid *grid, struct brick_error *err)
+{
+    size_t cells = (size_t)(grid->edge + 1) * (grid->edge + 1) * (grid->edge + 1),
+           width = brick_type_bytes(grid->type);
+    *e = (struct encoder){malloc(brick_grid_max_payload_bytes(grid)),
+                          malloc(cells * width),
+                          malloc(cells * width),
+                          malloc(cells),
+                          malloc(cells),
+                          malloc(cells)};
+    if (e->payload && e->lo && e->hi && e->bin_lo && e->bin_hi && e->bin_tmp)
+        return BRICK_OK;
+    encoder_finish(e);
+    return brick_fail(err, BRICK_ERR_MEMORY, "out of memory for a brick's scratch space");
+}
+
+void encoder_finish(struct encoder *e)
+{
+    free(e->payload);
+    free(e->lo);
+    free(e->hi);
+    free(e->bin_lo);
+    free(e->bin_hi);
+    free(e->bin_tmp);
+    memset(e, 0, sizeof *e);
+}
+
+/* Minimum (or maximum) over the two neighbours on each axis: (core+1)^3 lattice values to core^3 cells, in
+ * place. */
+static void hull(unsigned char *bins, unsigned char *tmp, const uint32_t core[3], bool max)
+{
+    size_t nx = core[0] + 1, ny = core[1] + 1, nz = core[2] + 1, n = nx * ny * nz;
+    const size_t stride[3] = {1, nx, nx * ny};
+    for (int a = 0; a < 3; a++) {
+        size_t s = stride[a], end = n - s;
+        if (max)
+            for (size_t i = 0; i < end; i++)
+                tmp[i] = bins[i] > bins[i + s] ? bins[i] : bins[i + s];
+        else
+            for (size_t i = 0; i < end; i++)
+                tmp[i] = bins[i] < bins[i + s] ? bins[i] : bins[i + s];
+        memcpy(bins, tmp, end);
+    }
+}
+
+static uint64_t mask_of_cells(struct encoder *scratch, const uint32_t core[3])
+{
+    unsigned char seen[64][64] = {{0}};
+    hull(scratch->bin_lo, scratch->bin_tmp, core, false);
+    hull(scratch->bin_hi, scratch->bin_tmp, core, true);
+    for (uint32_t z = 0; z < core[2]; z++)
+        for (uint32_t y = 0; y < core[1]; y++) {
+            size_t row = ((size_t)z * (core[1] + 1) + y) * (core[0] + 1);
+            const unsigned char *lo = scratch->bin_lo + row, *hi = scratch->bin_hi + row;
+            for (uint32_t x = 0; x < core[0]; x++)
+                if (lo[x] < 64) /* 255: no corner counts */
+                    seen[lo[x]][hi[x]] = 1;
+        }
+    uint64_t mask = 0;
+    for (unsigned a = 0; a < 64; a++)
+        for (unsigned b = a; b < 64; b++)
+            if (seen[a][b])
+                mask |= ~UINT64_C(0) << a & ~UINT64_C(0) >> (63 - b);
+    return mask;
+}
+
+#define T         uint8_t
+#define NAME(f)   f##_u8
+#define USABLE(v) true
+#define LOWEST    0
+#define HIGHEST   UINT8_MAX
+#include "ranges_typed.h"
+#define T         int8_t
+#define NAME(f)   f##_i8
+#define USABLE(v) true
+#define LOWEST    INT8_MIN
+#define HIGHEST   INT8_MAX
+#include "ranges_typed.h"
+#define T         uint16_t
+#define NAME(f)   f##_u16
+#define USABLE(v) true
+#define LOWEST    0
+#define HIGHEST   UINT16_MAX
+#include "ranges_typed.h"
+#define T         int16_t
+#define NAME(f)   f##_i16
+#define USABLE(v) true
+#define LOWEST    INT16_MIN
+#define HIGHEST   INT16_MAX
+#include "ranges_typed.h"
+#define T         float
+#define NAME(f)   f##_f32
+#define USABLE(v) isfinite(v)
+#define LOWEST    (-INFINITY)
+#define HIGHEST   INFINITY
+#include "ranges_typed.h"
+
+void encode_ranges(const struct brick_grid *grid, const struct brick_place *place, const void *voxels,
+                   const void *lo, const void *hi, void *macrocells, struct encoder *scratch,
+                   struct brick_entry *entry)
+{
+    size_t sx = place->core[0] + 1, sy = place->core[1] + 1;
+    if (!lo) { /* level 0: the padded voxels themselves, from core voxel 0 on */
+        sx = place->stored[0];
+        sy = place->stored[1];
+        size_t at = ((size_t)grid->border * sy + grid->border) * sx + grid->border;
+        lo = hi = (const unsigned char *)voxels + at * brick_type_bytes(grid->type);
+    }
+    switch (grid->type) {
+    case BRICK_U8:
+        ranges_u8(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        break;
+    case BRICK_I8:
+        ranges_i8(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        break;
+    case BRICK_U16:
+        ranges_u16(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        break;
+    case BRICK_I16:
+        ranges_i16(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        break;
+    default:
+        ranges_f32(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        break;
+    }
+}
+
+static uint64_t clamp_index(int64_t i, uint64_t n)
+{
+    return i < 0 ? 0 : (uint64_t)i < n ? (uint64_t)i : n - 1;
+}
+
+/* Copy the box [lo, lo + size) of one of a window's arrays to dst, the volume's edge repeated. */
+static void gather(const struct window *w, const unsigned char *slices, size_t width, const int64_t lo[3],
+                   const uint32_t size[3], unsigned char *dst)
+{
+    const uint64_t *dims = w->level->dims;
+    for (uint32_t z = 0; z < size[2]; z++) {
+        const unsigned char *slice = slices + window_slot(w, clamp_index(lo[2] + z, dims[2]));
+        for (uint32_t y = 0; y < size[1]; y++) {
+            const unsigned char *row = slice + clamp_index(lo[1] + y, dims[1]) * dims[0] * width;
+            uint32_t left = lo[0] < 0 ? (uint32_t)-lo[0] : 0;
+            uint64_t from = (uint64_t)(lo[0] + left), inside = dims[0] - from;
+            uint32_t middle = inside < size[0] - left ? (uint32_t)inside : size[0] - left;
+            for (uint32_t x = 0; x < left; x++, dst += width)
+                memcpy(dst, row, width);
+            memcpy(dst, row + from * width, middle * width);
+            dst += middle * width;
+            for (uint32_t x = left + middle; x < size[0]; x++, dst += width)
+                memcpy(dst, row + (dims[0] - 1) * width, width);
+        }
+    }
+}
+
+static bool all_equal(const unsigned char *bytes, size_t n, size_t width)
+{
+    return n == width || memcmp(bytes, bytes + width, n - width) == 0;
+}
+
+int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct window *w, uint64_t id,
+                 enum brick_codec codec, int codec_level, struct tally *tally, struct encoded *out,
+                 struct brick_error *err)
+{
+    struct brick_place place;
+    brick_grid_place(grid, id, &place);
+    size_t width = brick_type_bytes(grid->type), voxel_bytes = brick_place_voxel_bytes(grid, &place);
+    out->entry = (struct brick_entry){.codec = (uint8_t)codec};
+    out->moments = (struct tally_moments){0};
+    gather(w, w->voxels, width, place.lo, place.stored, e->payload);
+    const void *lo = NULL, *hi = NULL;
+    if (place.level > 0) {
+        int64_t from[3];
+        uint32_t size[3];
+        for (int a = 0; a < 3; a++) {
+            from[a] = place.lo[a] + grid->border;
+            size[a] = place.core[a] + 1;
+        }
+        gather(w, w->min, width, from, size, e->lo);
+        gather(w, w->max, width, from, size, e->hi);
+        lo = e->lo;
+        hi = e->hi;
+    }
+    encode_ranges(grid, &place, e->payload, lo, hi, e->payload + voxel_bytes, e, &out->entry);
+    if (tally)
+        out->entry.nonfinite = tally_brick(tally, grid, &place, e->payload, &out->moments);
+
+    /* One range for the whole brick and one bit pattern for every voxel: the index says it all. */
+    float value = (float)brick_type_load(grid->type, e->payload, 0);
+    bool one_range = isfinite(value) ? out->entry.min == value && out->entry.max == value
+                                     : !(out->entry.min <= out->entry.max);
+    if (one_range && all_equal(e->payload, voxel_bytes, width)) {
+        out->entry.flags = BRICK_FLAG_CONSTANT;
+        out->entry.codec = BRICK_CODEC_NONE;
+        memcpy(&out->entry.value, &value, sizeof value);
+        out->bytes = 0;
+        return BRICK_OK;
+    }
+    size_t n = brick_place_payload_bytes(grid, &place);
+    return brick_codec_encode(codec, codec_level, width, e->payload, n, out->payload,
+                              brick_codec_bound(codec, n), &out->bytes, err);
+}

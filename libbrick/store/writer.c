@@ -1,0 +1,221 @@
+/* The writer. Invariants: PATH is untouched until the rename; PATH.part begins with 512 zero bytes until
+ * everything behind them is on disk, so that it never opens as complete; the file's order is level 0, level
+ * 1, ... whatever order the levels' bricks come in, because coarser levels wait in one scratch file each. */
+#include <brick/writer.h>
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <brick/io.h>
+
+#include "layout.h"
+
+struct level_file {
+    struct brick_io io;  /* level 0: PATH.part; others: scratch, opened by the first payload */
+    uint64_t bytes;      /* payload bytes so far */
+    uint64_t next_brick; /* id that must come next */
+};
+
+struct brick_writer {
+    char *path, *part_path;
+    struct brick_grid grid;
+    struct brick_entry *entries; /* offsets relative to the level's first payload until finishing */
+    struct level_file level[BRICK_MAX_LEVELS];
+    bool part_exists;
+};
+
+int brick_writer_create(struct brick_writer **writer, const char *path, const struct brick_grid *grid,
+                        struct brick_error *err)
+{
+    *writer = NULL;
+    int code = BRICK_ERR_MEMORY;
+    struct brick_writer *w = calloc(1, sizeof *w);
+    if (!w)
+        return brick_fail(err, code, "%s: out of memory", path);
+    for (int l = 0; l < BRICK_MAX_LEVELS; l++)
+        w->level[l].io.fd = -1;
+    for (uint32_t l = 0; l < grid->levels; l++)
+        w->level[l].next_brick = grid->level[l].first_brick;
+    w->grid = *grid;
+    size_t n = strlen(path);
+    w->path = strdup(path);
+    w->part_path = malloc(n + sizeof ".part");
+    w->entries = calloc(grid->bricks, sizeof *w->entries);
+    if (!w->path || !w->part_path || !w->entries) {
+        brick_fail(err, code, "%s: out of memory for an index of %llu bricks", path,
+                   (unsigned long long)grid->bricks);
+        goto fail;
+    }
+    memcpy(w->part_path, path, n);
+    memcpy(w->part_path + n, ".part", sizeof ".part");
+    static const unsigned char zeros[LAYOUT_HEADER_BYTES];
+    if ((code = brick_io_create(&w->level[0].io, w->part_path, err)))
+        goto fail;
+    w->part_exists = true;
+    if ((code = brick_io_write_at(&w->level[0].io, 0, zeros, sizeof zeros, err)))
+        goto fail;
+    *writer = w;
+    return BRICK_OK;
+fail:
+    brick_writer_destroy(&w);
+    return code;
+}
+
+void brick_writer_destroy(struct brick_writer **writer)
+{
+    struct brick_writer *w = *writer;
+    if (!w)
+        return;
+    for (int l = 0; l < BRICK_MAX_LEVELS; l++)
+        brick_io_close(&w->level[l].io);
+    if (w->part_exists)
+        unlink(w->part_path);
+    free(w->path);
+    free(w->part_path);
+    free(w->entries);
+    free(w);
+    *writer = NULL;
+}
+
+int brick_writer_put(struct brick_writer *w, uint64_t id, const struct brick_entry *entry,
+                     const void *payload, size_t bytes, struct brick_error *err)
+{
+    uint32_t l = 0;
+    while (l + 1 < w->grid.levels && id >= w->grid.level[l + 1].first_brick)
+        l++;
+    struct level_file *level = &w->level[l];
+    bool constant = entry->flags & BRICK_FLAG_CONSTANT;
+    if (id >= w->grid.bricks || id != level->next_brick || constant != (bytes == 0) || bytes > UINT32_MAX)
+        return brick_fail_at(err, BRICK_ERR_ARGUMENT, BRICK_NO_OFFSET, id,
+                             "%s: brick %llu is out of order or has an impossible payload", w->path,
+                             (unsigned long long)id);
+    struct brick_entry *e = &w->entries[id];
+    *e = *entry;
+    e->offset = constant ? 0 : level->bytes;
+    e->bytes = (uint32_t)bytes;
+    e->checksum = constant ? 0 : XXH3_64bits(payload, bytes);
+    e->reserved = 0;
+    if (!constant) {
+        int code = BRICK_OK;
+        if (level->io.fd < 0)
+            code = brick_io_create_scratch(&level->io, w->path, err);
+        if (!code)
+            code = brick_io_write_at(&level->io, level->bytes + (l ? 0 : LAYOUT_HEADER_BYTES), payload, bytes,
+                                     err);
+        if (code)
+            return code;
+        level->bytes += bytes;
+    }
+    level->next_brick++;
+    return BRICK_OK;
+}
+
+/* Append a level's scratch file at `end`. */
+static int append_level(struct brick_writer *w, uint32_t l, uint64_t end, unsigned char *buffer, size_t room,
+                        struct brick_error *err)
+{
+    for (uint64_t at = 0; at < w->level[l].bytes;) {
+        size_t n = w->level[l].bytes - at < room ? (size_t)(w->level[l].bytes - at) : room;
+        int code = brick_io_read_at(&w->level[l].io, at, buffer, n, err);
+        if (code || (code = brick_io_write_at(&w->level[0].io, end + at, buffer, n, err)))
+            return code;
+        at += n;
+    }
+    brick_io_close(&w->level[l].io);
+    return BRICK_OK;
+}
+
+static int write_table(struct brick_writer *w, struct layout_extent *extent, uint64_t *end, const void *bytes,
+                       size_t n, struct brick_error *err)
+{
+    *extent = (struct layout_extent){*end, n, XXH3_64bits(bytes, n)};
+    *end += n;
+    return brick_io_write_at(&w->level[0].io, extent->offset, bytes, n, err);
+}
+
+static int write_index(struct brick_writer *w, struct layout_extent *extent, uint64_t *end,
+                       unsigned char *buffer, size_t room, struct brick_error *err)
+{
+    XXH3_state_t *hash = XXH3_createState();
+    if (!hash)
+        return brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", w->path);
+    XXH3_64bits_reset(hash);
+    extent->offset = *end;
+    int code = BRICK_OK;
+    for (uint64_t id = 0; !code && id < w->grid.bricks;) {
+        size_t n = 0;
+        for (; id < w->grid.bricks && n + LAYOUT_ENTRY_BYTES <= room; id++, n += LAYOUT_ENTRY_BYTES)
+            layout_put_entry(&w->entries[id], buffer + n);
+        XXH3_64bits_update(hash, buffer, n);
+        code = brick_io_write_at(&w->level[0].io, *end, buffer, n, err);
+        *end += n;
+    }
+    extent->bytes = *end - extent->offset;
+    extent->checksum = XXH3_64bits_digest(hash);
+    XXH3_freeState(hash);
+    return code;
+}
+
+int brick_writer_finish(struct brick_writer *w, const struct brick_stats *stats, const char *provenance,
+                        uint64_t *file_bytes, struct brick_error *err)
+{
+    const struct brick_grid *g = &w->grid;
+    struct layout_header h = {.type = g->type,
+                              .edge = g->edge,
+                              .border = g->border,
+                              .macrocell = g->macrocell,
+                              .levels = g->levels,
+                              .geometry = {.slope = g->slope, .intercept = g->intercept}};
+    memcpy(h.geometry.dims, g->dims, sizeof g->dims);
+    memcpy(h.geometry.affine, g->affine, sizeof g->affine);
+    size_t stats_bytes = LAYOUT_STATS_BYTES + (size_t)8 * stats->bins, text_bytes = strlen(provenance);
+    size_t room = (size_t)1 << 20;
+    if (room < stats_bytes)
+        room = stats_bytes;
+    for (uint32_t l = 0; l < g->levels; l++)
+        if (w->level[l].next_brick != (l + 1 < g->levels ? g->level[l + 1].first_brick : g->bricks))
+            return brick_fail(err, BRICK_ERR_ARGUMENT, "%s: level %u is not complete", w->path, l);
+    if (text_bytes > LAYOUT_MAX_TEXT)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "%s: provenance of %zu bytes is too long", w->path,
+                          text_bytes);
+    unsigned char *buffer = malloc(room);
+    if (!buffer)
+        return brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", w->path);
+
+    int code = BRICK_OK;
+    uint64_t end = LAYOUT_HEADER_BYTES;
+    for (uint32_t l = 0; !code && l < g->levels; l++) {
+        for (uint64_t id = g->level[l].first_brick; id < w->level[l].next_brick; id++)
+            if (!(w->entries[id].flags & BRICK_FLAG_CONSTANT))
+                w->entries[id].offset += end;
+        if (l)
+            code = append_level(w, l, end, buffer, room, err);
+        end += w->level[l].bytes;
+    }
+    unsigned char levels[BRICK_MAX_LEVELS * LAYOUT_LEVEL_BYTES];
+    for (uint32_t l = 0; l < g->levels; l++)
+        layout_put_level(&g->level[l], levels + (size_t)l * LAYOUT_LEVEL_BYTES);
+    if (code ||
+        (code = write_table(w, &h.table[LAYOUT_LEVELS], &end, levels, (size_t)g->levels * LAYOUT_LEVEL_BYTES,
+                            err)) ||
+        (code = write_index(w, &h.table[LAYOUT_INDEX], &end, buffer, room, err)))
+        goto done;
+    layout_put_stats(stats, buffer);
+    if ((code = write_table(w, &h.table[LAYOUT_STATS], &end, buffer, stats_bytes, err)) ||
+        (code = write_table(w, &h.table[LAYOUT_PROVENANCE], &end, provenance, text_bytes, err)))
+        goto done;
+    h.file_bytes = end;
+    unsigned char header[LAYOUT_HEADER_BYTES];
+    layout_put_header(&h, header);
+    if ((code = brick_io_sync(&w->level[0].io, err)) ||
+        (code = brick_io_write_at(&w->level[0].io, 0, header, sizeof header, err)) ||
+        (code = brick_io_sync(&w->level[0].io, err)) || (code = brick_io_rename(w->part_path, w->path, err)))
+        goto done;
+    w->part_exists = false;
+    *file_bytes = end;
+done:
+    free(buffer);
+    return code;
+}
