@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "occupancy.h"
+
 size_t encoder_bytes(const struct brick_grid *grid)
 {
     size_t cells = (size_t)(grid->edge + 1) * (grid->edge + 1) * (grid->edge + 1);
@@ -16,13 +18,9 @@ int encoder_init(struct encoder *e, const struct brick_grid *grid, struct brick_
 {
     size_t cells = (size_t)(grid->edge + 1) * (grid->edge + 1) * (grid->edge + 1),
            width = brick_type_bytes(grid->type);
-    *e = (struct encoder){malloc(brick_grid_max_payload_bytes(grid)),
-                          malloc(cells * width),
-                          malloc(cells * width),
-                          malloc(cells),
-                          malloc(cells),
-                          malloc(cells)};
-    if (e->payload && e->lo && e->hi && e->bin_lo && e->bin_hi && e->bin_tmp)
+    *e = (struct encoder){malloc(brick_grid_max_payload_bytes(grid)), malloc(cells * width),
+                          malloc(cells * width), malloc(3 * cells)};
+    if (e->payload && e->lo && e->hi && e->bins)
         return BRICK_OK;
     encoder_finish(e);
     return brick_fail(err, BRICK_ERR_MEMORY, "out of memory for a brick's scratch space");
@@ -33,49 +31,8 @@ void encoder_finish(struct encoder *e)
     free(e->payload);
     free(e->lo);
     free(e->hi);
-    free(e->bin_lo);
-    free(e->bin_hi);
-    free(e->bin_tmp);
+    free(e->bins);
     memset(e, 0, sizeof *e);
-}
-
-/* Minimum (or maximum) over the two neighbours on each axis: (core+1)^3 lattice values to core^3 cells, in
- * place. */
-static void hull(unsigned char *bins, unsigned char *tmp, const uint32_t core[3], bool max)
-{
-    size_t nx = core[0] + 1, ny = core[1] + 1, nz = core[2] + 1, n = nx * ny * nz;
-    const size_t stride[3] = {1, nx, nx * ny};
-    for (int a = 0; a < 3; a++) {
-        size_t s = stride[a], end = n - s;
-        if (max)
-            for (size_t i = 0; i < end; i++)
-                tmp[i] = bins[i] > bins[i + s] ? bins[i] : bins[i + s];
-        else
-            for (size_t i = 0; i < end; i++)
-                tmp[i] = bins[i] < bins[i + s] ? bins[i] : bins[i + s];
-        memcpy(bins, tmp, end);
-    }
-}
-
-static uint64_t mask_of_cells(struct encoder *scratch, const uint32_t core[3])
-{
-    unsigned char seen[64][64] = {{0}};
-    hull(scratch->bin_lo, scratch->bin_tmp, core, false);
-    hull(scratch->bin_hi, scratch->bin_tmp, core, true);
-    for (uint32_t z = 0; z < core[2]; z++)
-        for (uint32_t y = 0; y < core[1]; y++) {
-            size_t row = ((size_t)z * (core[1] + 1) + y) * (core[0] + 1);
-            const unsigned char *lo = scratch->bin_lo + row, *hi = scratch->bin_hi + row;
-            for (uint32_t x = 0; x < core[0]; x++)
-                if (lo[x] < 64) /* 255: no corner counts */
-                    seen[lo[x]][hi[x]] = 1;
-        }
-    uint64_t mask = 0;
-    for (unsigned a = 0; a < 64; a++)
-        for (unsigned b = a; b < 64; b++)
-            if (seen[a][b])
-                mask |= ~UINT64_C(0) << a & ~UINT64_C(0) >> (63 - b);
-    return mask;
 }
 
 #define T         uint8_t
@@ -122,21 +79,23 @@ void encode_ranges(const struct brick_grid *grid, const struct brick_place *plac
     }
     switch (grid->type) {
     case BRICK_U8:
-        ranges_u8(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        ranges_u8(grid, place, lo, hi, sx, sy, macrocells, entry);
         break;
     case BRICK_I8:
-        ranges_i8(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        ranges_i8(grid, place, lo, hi, sx, sy, macrocells, entry);
         break;
     case BRICK_U16:
-        ranges_u16(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        ranges_u16(grid, place, lo, hi, sx, sy, macrocells, entry);
         break;
     case BRICK_I16:
-        ranges_i16(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        ranges_i16(grid, place, lo, hi, sx, sy, macrocells, entry);
         break;
     default:
-        ranges_f32(grid, place, lo, hi, sx, sy, macrocells, scratch, entry);
+        ranges_f32(grid, place, lo, hi, sx, sy, macrocells, entry);
         break;
     }
+    entry->mask =
+        occupancy_mask(grid->type, lo, hi, sx, sy, place->core, entry->min, entry->max, scratch->bins);
 }
 
 static uint64_t clamp_index(int64_t i, uint64_t n)

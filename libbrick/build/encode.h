@@ -11,7 +11,7 @@
 struct encoder {
     unsigned char *payload; /* voxels and macrocell ranges before compression */
     unsigned char *lo, *hi; /* (edge+1)^3 voxels of the level-0 ranges; levels above 0 only */
-    unsigned char *bin_lo, *bin_hi, *bin_tmp; /* (edge+1)^3 histogram bins */
+    unsigned char *bins;    /* 3 (edge+1)^3, for the occupancy mask */
 };
 
 /* What comes out for one brick. `bytes` of `payload` are used; 0 for a constant brick. */

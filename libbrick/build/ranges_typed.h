@@ -20,26 +20,9 @@ static void NAME(macrocell_range)(const T *lo, const T *hi, size_t sx, size_t sy
     out[1] = b;
 }
 
-/* Bins of every voxel of the (core+1)^3 lattice; a voxel that does not count gets (255, 0), neutral for min
- * and max. */
-static void NAME(bins)(const T *lo, const T *hi, size_t sx, size_t sy, const uint32_t core[3], double min,
-                       double scale, unsigned char *bin_lo, unsigned char *bin_hi)
-{
-    for (uint32_t z = 0; z <= core[2]; z++)
-        for (uint32_t y = 0; y <= core[1]; y++) {
-            const T *l = lo + (z * sy + y) * sx, *h = hi + (z * sy + y) * sx;
-            for (uint32_t x = 0; x <= core[0]; x++) {
-                double a = ((double)l[x] - min) * scale, b = ((double)h[x] - min) * scale;
-                *bin_lo++ = USABLE(l[x]) ? (unsigned char)(a < 63.0 ? a : 63.0) : 255;
-                *bin_hi++ = USABLE(h[x]) ? (unsigned char)(b < 63.0 ? b : 63.0) : 0;
-            }
-        }
-}
-
 /* lo, hi point at core voxel (0,0,0); both arrays hold at least core + 1 voxels on each axis. */
 static void NAME(ranges)(const struct brick_grid *grid, const struct brick_place *place, const T *lo,
-                         const T *hi, size_t sx, size_t sy, T *macrocells, struct encoder *scratch,
-                         struct brick_entry *entry)
+                         const T *hi, size_t sx, size_t sy, T *macrocells, struct brick_entry *entry)
 {
     T min = HIGHEST, max = LOWEST;
     for (uint32_t z = 0; z < place->macrocells[2]; z++)
@@ -56,22 +39,8 @@ static void NAME(ranges)(const struct brick_grid *grid, const struct brick_place
                 max = macrocells[1] > max ? macrocells[1] : max;
                 macrocells += 2;
             }
-    entry->mask = 0;
-    if (!(min <= max)) {
-        entry->min = INFINITY;
-        entry->max = -INFINITY;
-        return;
-    }
-    entry->min = (float)min;
-    entry->max = (float)max;
-    if (min == max) {
-        entry->mask = 1;
-        return;
-    }
-    NAME(bins)
-    (lo, hi, sx, sy, place->core, (double)min, 64.0 / ((double)max - (double)min), scratch->bin_lo,
-     scratch->bin_hi);
-    entry->mask = mask_of_cells(scratch, place->core);
+    entry->min = min <= max ? (float)min : INFINITY;
+    entry->max = min <= max ? (float)max : -INFINITY;
 }
 
 #undef T

@@ -1,0 +1,260 @@
+/* Transfer functions: from control points in opacity to knots in extinction.
+ *
+ * Between control points A is linear in the value, so extinction tau = -ln(1 - A) is not. Each segment is cut
+ * so that tau drawn as a chord stays within 1e-4 in A. With u = 1 - A, linear in the value, a chord in tau is
+ * the weighted geometric mean of the ends u0 = a^2, u1 = b^2 where the truth is the arithmetic one, and
+ *
+ *     (1-s) a^2 + s b^2 - a^(2-2s) b^(2s)  <=  max(s, 1-s) (a - b)^2.
+ *
+ * Proof for s <= 1/2 (else swap the ends): the claim is 2(1-s) ab <= (1-2s) b^2 + a^(2-2s) b^(2s), and the
+ * right side is, by the weighted inequality of means with weights 1-2s and 1, at least (2-2s) times (b^(2-4s)
+ * a^(2-2s) b^(2s))^(1/(2-2s)) = ab. So pieces uniform in sqrt(u) of width below 0.01 stay below 1e-4; the
+ * little room left covers the clamp of A at 1 - 2^-24.
+ *
+ * Invariants: values ascend; at most two knots share a value, and then the second holds at it. Extinction is
+ * not negative, so it is zero inside a piece only when it is at both ends. */
+#include <brick/transfer.h>
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <brick/checked.h>
+
+#define PIECE_WIDTH 0.00999 /* in sqrt(1 - A) */
+#define MAX_OPACITY (1.0 - 0x1p-24)
+
+static double clamp_opacity(double a)
+{
+    return a < MAX_OPACITY ? a : MAX_OPACITY;
+}
+
+static size_t piece_count(double a0, double a1)
+{
+    double width = fabs(sqrt(1.0 - clamp_opacity(a0)) - sqrt(1.0 - clamp_opacity(a1)));
+    double n = ceil(width / PIECE_WIDTH);
+    return n < 1.0 ? 1 : (size_t)n;
+}
+
+static int check_spec(const struct brick_transfer_spec *spec, double unit_mm, struct brick_error *err)
+{
+    if (!spec->points || spec->count == 0 || spec->count > BRICK_TRANSFER_MAX_POINTS)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "transfer function has %zu points; 1 to %d are allowed",
+                          spec->count, BRICK_TRANSFER_MAX_POINTS);
+    if (!(unit_mm > 0.0) || !isfinite(unit_mm))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "transfer function: unit %g is not a positive length",
+                          spec->unit);
+    for (size_t i = 0; i < spec->count; i++) {
+        const struct brick_transfer_point *p = &spec->points[i];
+        const double parts[4] = {p->r, p->g, p->b, p->a};
+        if (!isfinite(p->value))
+            return brick_fail(err, BRICK_ERR_ARGUMENT, "transfer function point %zu: value is not finite", i);
+        for (int c = 0; c < 4; c++)
+            if (!(parts[c] >= 0.0 && parts[c] <= 1.0))
+                return brick_fail(err, BRICK_ERR_ARGUMENT,
+                                  "transfer function point %zu: r, g, b and A must be in [0,1], not %g", i,
+                                  parts[c]);
+        if (i > 0 && p->value < p[-1].value)
+            return brick_fail(err, BRICK_ERR_ARGUMENT,
+                              "transfer function point %zu: value %g is below the one before, %g", i,
+                              p->value, p[-1].value);
+        if (i > 1 && p->value == p[-2].value)
+            return brick_fail(err, BRICK_ERR_ARGUMENT,
+                              "transfer function point %zu: third point at value %g; two make a jump", i,
+                              p->value);
+    }
+    return BRICK_OK;
+}
+
+/* Values distinct in the spec may meet when mapped to a narrow range: the outer two of them stay as the jump.
+ */
+static void push_knot(struct brick_transfer *t, const struct brick_transfer_knot *knot)
+{
+    if (t->count >= 2 && t->knots[t->count - 2].value == knot->value)
+        t->count--;
+    t->knots[t->count++] = *knot;
+}
+
+static struct brick_transfer_knot knot_at(const struct brick_transfer_point *p, double value, double unit_mm)
+{
+    return (struct brick_transfer_knot){value, p->r, p->g, p->b, -log1p(-clamp_opacity(p->a)) / unit_mm};
+}
+
+/* The cuts strictly between two control points. */
+static void push_cuts(struct brick_transfer *t, const struct brick_transfer_point *p0, double v0,
+                      const struct brick_transfer_point *p1, double v1, double unit_mm)
+{
+    size_t n = piece_count(p0->a, p1->a);
+    double u0 = 1.0 - clamp_opacity(p0->a), u1 = 1.0 - clamp_opacity(p1->a);
+    double x0 = sqrt(u0), x1 = sqrt(u1);
+    double last = v0;
+    for (size_t i = 1; i < n; i++) {
+        double x = x0 + (x1 - x0) * ((double)i / (double)n);
+        double s = (u0 - x * x) / (u0 - u1);
+        double v = v0 + s * (v1 - v0);
+        if (!(v > last && v < v1)) /* a segment a few units in the last place wide */
+            continue;
+        last = v;
+        struct brick_transfer_knot knot = {v, p0->r + s * (p1->r - p0->r), p0->g + s * (p1->g - p0->g),
+                                           p0->b + s * (p1->b - p0->b), -2.0 * log(x) / unit_mm};
+        push_knot(t, &knot);
+    }
+}
+
+static void add_support(struct brick_transfer *t, double lo, double hi)
+{
+    struct brick_interval *last = t->support_count ? &t->support[t->support_count - 1] : NULL;
+    if (last && last->hi >= lo)
+        last->hi = hi;
+    else
+        t->support[t->support_count++] = (struct brick_interval){lo, hi};
+}
+
+static void find_support(struct brick_transfer *t)
+{
+    const struct brick_transfer_knot *k = t->knots;
+    if (k[0].sigma > 0.0)
+        add_support(t, -INFINITY, k[0].value);
+    for (size_t i = 0; i + 1 < t->count; i++)
+        if (k[i].value < k[i + 1].value && (k[i].sigma > 0.0 || k[i + 1].sigma > 0.0))
+            add_support(t, k[i].value, k[i + 1].value);
+    if (k[t->count - 1].sigma > 0.0)
+        add_support(t, k[t->count - 1].value, INFINITY);
+}
+
+static bool same_knot(const struct brick_transfer_knot *a, const struct brick_transfer_knot *b)
+{
+    return a->r == b->r && a->g == b->g && a->b == b->b && a->sigma == b->sigma;
+}
+
+int brick_transfer_create(struct brick_transfer **out, const struct brick_transfer_spec *spec,
+                          double min_edge_mm, const double range[2], struct brick_error *err)
+{
+    struct brick_transfer *t = NULL;
+    double unit_mm = spec->unit * (spec->unit_of == BRICK_UNIT_VOXEL ? min_edge_mm : 1.0);
+    double origin = 0.0, width = 1.0;
+    size_t capacity = 0;
+    uint64_t knot_bytes, support_bytes;
+    int result = check_spec(spec, unit_mm, err);
+
+    *out = NULL;
+    if (result)
+        return result;
+    if (spec->range_values) {
+        origin = range[0];
+        width = range[1] - range[0];
+        if (!isfinite(origin) || !isfinite(width))
+            return brick_fail(err, BRICK_ERR_ARGUMENT, "transfer function: the volume's range is not finite");
+        if (!(width > 0.0)) /* a constant volume sits at the lower end of a range that is as good as any */
+            width = fmax(1.0, fabs(origin));
+    }
+    for (size_t i = 0; i < spec->count; i++)
+        capacity += i == 0 ? 1 : piece_count(spec->points[i - 1].a, spec->points[i].a);
+    t = calloc(1, sizeof *t);
+    if (!t || !brick_mul_u64(capacity, sizeof *t->knots, &knot_bytes) ||
+        !brick_mul_u64(capacity + 1, sizeof *t->support, &support_bytes) ||
+        !(t->knots = malloc(knot_bytes)) || !(t->support = malloc(support_bytes))) {
+        result =
+            brick_fail(err, BRICK_ERR_MEMORY, "no memory for a transfer function of %zu knots", capacity);
+        goto fail;
+    }
+
+    for (size_t i = 0; i < spec->count; i++) {
+        const struct brick_transfer_point *p = &spec->points[i];
+        double value = origin + width * p->value;
+        if (i > 0)
+            push_cuts(t, p - 1, origin + width * p[-1].value, p, value, unit_mm);
+        struct brick_transfer_knot knot = knot_at(p, value, unit_mm);
+        push_knot(t, &knot);
+        if (!isfinite(knot.sigma) || !isfinite(knot.value - t->knots[0].value)) {
+            result = brick_fail(err, BRICK_ERR_ARGUMENT,
+                                "transfer function point %zu: value or extinction too large for a double", i);
+            goto fail;
+        }
+    }
+    t->unit_mm = unit_mm;
+    t->continuous = true;
+    for (size_t i = 0; i + 1 < t->count; i++)
+        if (t->knots[i].value == t->knots[i + 1].value && !same_knot(&t->knots[i], &t->knots[i + 1]))
+            t->continuous = false;
+    find_support(t);
+    *out = t;
+    return BRICK_OK;
+fail:
+    brick_transfer_destroy(&t);
+    return result;
+}
+
+void brick_transfer_destroy(struct brick_transfer **transfer)
+{
+    if (*transfer) {
+        free((*transfer)->knots);
+        free((*transfer)->support);
+        free(*transfer);
+    }
+    *transfer = NULL;
+}
+
+void brick_transfer_spec_finish(struct brick_transfer_spec *spec)
+{
+    free(spec->points);
+    spec->points = NULL;
+    spec->count = 0;
+}
+
+/* Number of knots at or below the value. */
+static size_t knots_upto(const struct brick_transfer *t, double value)
+{
+    size_t lo = 0, hi = t->count;
+    while (lo < hi) {
+        size_t mid = lo + (hi - lo) / 2;
+        if (t->knots[mid].value <= value)
+            lo = mid + 1;
+        else
+            hi = mid;
+    }
+    return lo;
+}
+
+void brick_transfer_eval(const struct brick_transfer *transfer, double value, double rgb[3], double *sigma)
+{
+    if (isnan(value)) {
+        rgb[0] = rgb[1] = rgb[2] = *sigma = 0.0;
+        return;
+    }
+    size_t n = knots_upto(transfer, value);
+    const struct brick_transfer_knot *a = &transfer->knots[n ? n - 1 : 0];
+    const struct brick_transfer_knot *b = n && n < transfer->count ? a + 1 : a;
+    double s = a == b ? 0.0 : (value - a->value) / (b->value - a->value);
+    rgb[0] = a->r + s * (b->r - a->r);
+    rgb[1] = a->g + s * (b->g - a->g);
+    rgb[2] = a->b + s * (b->b - a->b);
+    *sigma = a->sigma + s * (b->sigma - a->sigma);
+}
+
+static bool visible_at(const struct brick_transfer *t, double value)
+{
+    double rgb[3], sigma;
+    brick_transfer_eval(t, value, rgb, &sigma);
+    return sigma > 0.0;
+}
+
+/* Zeros inside a support interval are isolated, so a range that overlaps its interior by more than a point is
+ * visible; what only touches an end is decided at that point. */
+bool brick_transfer_visible(const struct brick_transfer *transfer, double lo, double hi)
+{
+    size_t first = 0, end = transfer->support_count;
+    if (!(lo <= hi))
+        return false;
+    while (first < end) {
+        size_t mid = first + (end - first) / 2;
+        if (transfer->support[mid].hi < lo)
+            first = mid + 1;
+        else
+            end = mid;
+    }
+    for (size_t i = first; i < transfer->support_count && transfer->support[i].lo <= hi; i++)
+        if (lo < hi && lo < transfer->support[i].hi && hi > transfer->support[i].lo)
+            return true;
+    return visible_at(transfer, lo) || visible_at(transfer, hi);
+}
