@@ -158,6 +158,8 @@ int bench_convert(int argc, char **argv)
         return code;
     if (has_size != has_type)
         return tool_misuse(COMMAND, "--size and --type go together");
+    if ((code = tool_building_check(COMMAND, &r.building)) >= 0)
+        return code;
     r.source = argv[first];
     r.building.params.nearest = r.building.downsample == 1;
     r.building.params.codec_level = (int)r.building.codec_level;

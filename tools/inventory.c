@@ -137,7 +137,7 @@ static void print_values(const struct inventory *inventory)
 static void print_bricks(const struct inventory *inventory)
 {
     const struct brick_grid *grid = brick_volume_grid(inventory->volume);
-    printf("\n%10s %5s %6s %6s %6s %14s %10s %-5s %14s %14s %10s\n", "brick", "level", "x", "y", "z",
+    printf("\n%10s %5s %6s %6s %6s %14s %10s %-14s %14s %14s %10s\n", "brick", "level", "x", "y", "z",
            "offset", "bytes", "codec", "min", "max", "not finite");
     for (uint64_t id = 0; id < grid->bricks; id++) {
         const struct brick_entry *entry = brick_volume_entry(inventory->volume, id);
@@ -145,7 +145,7 @@ static void print_bricks(const struct inventory *inventory)
         double lo = NAN, hi = NAN;
         brick_grid_place(grid, id, &place);
         brick_volume_physical_range(inventory->volume, id, &lo, &hi);
-        printf("%10llu %5u %6llu %6llu %6llu %14llu %10u %-5s %14.7g %14.7g %10u\n", (unsigned long long)id,
+        printf("%10llu %5u %6llu %6llu %6llu %14llu %10u %-14s %14.7g %14.7g %10u\n", (unsigned long long)id,
                place.level, (unsigned long long)place.at[0], (unsigned long long)place.at[1],
                (unsigned long long)place.at[2], (unsigned long long)entry->offset, entry->bytes,
                entry->flags & BRICK_FLAG_CONSTANT ? "const"
@@ -180,7 +180,11 @@ void inventory_print_text(const struct inventory *inventory, bool bricks)
             printf(" %s", brick_codec_name((enum brick_codec)codec));
             any = true;
         }
-    printf("%s\n", any ? "" : " none");
+    printf("%s", any ? "" : " none");
+    double tolerance = brick_volume_tolerance(inventory->volume);
+    if (tolerance > 0)
+        printf(", no value off by more than %.9g", tolerance);
+    putchar('\n');
     if (inventory->tf)
         printf("visible     %llu of %llu bricks of level 0 (%.1f%%) with %s\n",
                (unsigned long long)inventory->active, (unsigned long long)inventory->level[0].bricks,
@@ -281,6 +285,7 @@ int inventory_print_json(const struct inventory *inventory, bool bricks)
     cJSON_AddNumberToObject(json, "macrocell", grid->macrocell);
     cJSON_AddNumberToObject(json, "bricks", (double)grid->bricks);
     cJSON_AddNumberToObject(json, "bricks_constant", (double)inventory->constant);
+    cJSON_AddNumberToObject(json, "tolerance", brick_volume_tolerance(inventory->volume));
     cJSON *codecs = cJSON_AddArrayToObject(json, "codecs");
     for (int codec = 0; codec < BRICK_CODEC_COUNT; codec++)
         if (inventory->codec_used[codec])

@@ -4,6 +4,7 @@
 #include <brick/build.h>
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -92,6 +93,10 @@ static int builder_init(struct builder *b, struct brick_source *source,
     b->params = *params;
     b->min = INFINITY;
     b->max = -INFINITY;
+    if (brick_codec_is_lossy(params->codec) != (params->tolerance > 0.0) || isinf(params->tolerance))
+        return brick_fail(err, BRICK_ERR_ARGUMENT,
+                          "codec %s with a tolerance of %g: only zfp takes one, and needs it",
+                          brick_codec_name(params->codec), params->tolerance);
     int code = brick_grid_init(&b->grid, convert_stored_type(source->type), &source->geometry, params->edge,
                                params->border, params->macrocell, err);
     if (code || (code = brick_pool_create(&b->pool, params->threads, err)))
@@ -127,6 +132,8 @@ static int builder_init(struct builder *b, struct brick_source *source,
     for (unsigned t = 0; t < b->threads; t++)
         if ((code = encoder_init(&b->encoders[t], &b->grid, err)) || (code = tally_init(&b->tallies[t], err)))
             return code;
+        else if (params->tolerance > 0.0)
+            b->encoders[t].tolerance = brick_codec_tolerance(b->grid.type, b->grid.slope, params->tolerance);
     for (uint64_t i = 0; i < b->batch_size; i++)
         if (!(b->batch[i].payload = malloc(payload)))
             return brick_fail(err, BRICK_ERR_MEMORY, "out of memory for a batch of bricks");
@@ -195,8 +202,17 @@ int brick_build(struct brick_source *source, const char *path, const struct bric
     uint64_t voxels = b.grid.dims[0] * b.grid.dims[1] * nz;
     struct brick_stats stats;
     tally_result(b.tallies, b.threads, b.grid.type, voxels, b.min, b.max, &b.moments, &stats);
-    code = brick_writer_finish(b.writer, &stats, source->provenance ? source->provenance : "",
-                               &r.output_bytes, err);
+    char codec[96] = "", *provenance = NULL;
+    if (params->tolerance > 0.0)
+        snprintf(codec, sizeof codec, "codec: %s, no value off by more than %.17g\n",
+                 brick_codec_name(params->codec), params->tolerance);
+    if (asprintf(&provenance, "%s%s", source->provenance ? source->provenance : "", codec) < 0) {
+        code = brick_fail(err, BRICK_ERR_MEMORY, "out of memory");
+        goto done;
+    }
+    brick_writer_set_tolerance(b.writer, params->tolerance);
+    code = brick_writer_finish(b.writer, &stats, provenance, &r.output_bytes, err);
+    free(provenance);
     r.input_bytes = voxels * brick_type_bytes(source->type);
     r.bricks = b.grid.bricks;
     r.bricks_constant = b.constant;

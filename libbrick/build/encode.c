@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "lossy.h"
 #include "occupancy.h"
 
 size_t encoder_bytes(const struct brick_grid *grid)
@@ -19,7 +20,7 @@ int encoder_init(struct encoder *e, const struct brick_grid *grid, struct brick_
     size_t cells = (size_t)(grid->edge + 1) * (grid->edge + 1) * (grid->edge + 1),
            width = brick_type_bytes(grid->type);
     *e = (struct encoder){malloc(brick_grid_max_payload_bytes(grid)), malloc(cells * width),
-                          malloc(cells * width), malloc(3 * cells)};
+                          malloc(cells * width), malloc(3 * cells), 0.0};
     if (e->payload && e->lo && e->hi && e->bins)
         return BRICK_OK;
     encoder_finish(e);
@@ -140,6 +141,16 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
     out->entry = (struct brick_entry){.codec = (uint8_t)codec};
     out->moments = (struct tally_moments){0};
     gather(w, w->voxels, width, place.lo, place.stored, e->payload);
+    /* A lossy codec comes first: everything below describes the voxels that a reader will see. */
+    struct brick_codec_shape shape = brick_codec_shape(grid, &place);
+    bool equal = all_equal(e->payload, voxel_bytes, width);
+    size_t room = brick_codec_bound(codec, shape.bytes), lossy_bytes = 0;
+    if (brick_codec_is_lossy(codec) && !equal) {
+        int code = brick_codec_encode_lossy(codec, e->tolerance, &shape, e->payload, out->payload, room,
+                                            &lossy_bytes, err);
+        if (code)
+            return code;
+    }
     const void *lo = NULL, *hi = NULL;
     if (place.level > 0) {
         int64_t from[3];
@@ -150,6 +161,7 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
         }
         gather(w, w->min, width, from, size, e->lo);
         gather(w, w->max, width, from, size, e->hi);
+        lossy_widen(grid->type, e->lo, e->hi, (size_t)size[0] * size[1] * size[2], e->tolerance);
         lo = e->lo;
         hi = e->hi;
     }
@@ -158,17 +170,25 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
         out->entry.nonfinite = tally_brick(tally, grid, &place, e->payload, &out->moments);
 
     /* One range for the whole brick and one bit pattern for every voxel: the index says it all. */
-    float value = (float)brick_type_load(grid->type, e->payload, 0);
-    bool one_range = isfinite(value) ? out->entry.min == value && out->entry.max == value
+    float value = (float)brick_type_load(grid->type, e->payload, 0), range[2] = {value, value};
+    if (place.level > 0 && isfinite(value))
+        lossy_widen_value(grid->type, range, e->tolerance);
+    bool one_range = isfinite(value) ? out->entry.min == range[0] && out->entry.max == range[1]
                                      : !(out->entry.min <= out->entry.max);
-    if (one_range && all_equal(e->payload, voxel_bytes, width)) {
+    if (one_range && equal) {
         out->entry.flags = BRICK_FLAG_CONSTANT;
         out->entry.codec = BRICK_CODEC_NONE;
         memcpy(&out->entry.value, &value, sizeof value);
         out->bytes = 0;
         return BRICK_OK;
     }
-    size_t n = brick_place_payload_bytes(grid, &place);
-    return brick_codec_encode(codec, codec_level, width, e->payload, n, out->payload,
-                              brick_codec_bound(codec, n), &out->bytes, err);
+    if (lossy_bytes) {
+        memcpy(out->payload + lossy_bytes, e->payload + voxel_bytes, shape.bytes - voxel_bytes);
+        out->bytes = lossy_bytes + shape.bytes - voxel_bytes;
+        return BRICK_OK;
+    }
+    if (brick_codec_is_lossy(codec))
+        codec = LOSSY_FALLBACK;
+    out->entry.codec = (uint8_t)codec;
+    return brick_codec_encode(codec, codec_level, &shape, e->payload, out->payload, room, &out->bytes, err);
 }

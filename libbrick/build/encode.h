@@ -12,6 +12,7 @@ struct encoder {
     unsigned char *payload; /* voxels and macrocell ranges before compression */
     unsigned char *lo, *hi; /* (edge+1)^3 voxels of the level-0 ranges; levels above 0 only */
     unsigned char *bins;    /* 3 (edge+1)^3, for the occupancy mask */
+    double tolerance;       /* of a lossy codec, in stored values; the caller's to set */
 };
 
 /* What comes out for one brick. `bytes` of `payload` are used; 0 for a constant brick. */

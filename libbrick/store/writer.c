@@ -24,6 +24,7 @@ struct brick_writer {
     struct brick_entry *entries; /* offsets relative to the level's first payload until finishing */
     struct level_file level[BRICK_MAX_LEVELS];
     bool part_exists;
+    double tolerance;
 };
 
 int brick_writer_create(struct brick_writer **writer, const char *path, const struct brick_grid *grid,
@@ -77,6 +78,11 @@ void brick_writer_destroy(struct brick_writer **writer)
     free(w->entries);
     free(w);
     *writer = NULL;
+}
+
+void brick_writer_set_tolerance(struct brick_writer *writer, double tolerance)
+{
+    writer->tolerance = tolerance;
 }
 
 int brick_writer_put(struct brick_writer *w, uint64_t id, const struct brick_entry *entry,
@@ -167,7 +173,8 @@ int brick_writer_finish(struct brick_writer *w, const struct brick_stats *stats,
                               .border = g->border,
                               .macrocell = g->macrocell,
                               .levels = g->levels,
-                              .geometry = {.slope = g->slope, .intercept = g->intercept}};
+                              .geometry = {.slope = g->slope, .intercept = g->intercept},
+                              .tolerance = w->tolerance};
     memcpy(h.geometry.dims, g->dims, sizeof g->dims);
     memcpy(h.geometry.affine, g->affine, sizeof g->affine);
     size_t stats_bytes = LAYOUT_STATS_BYTES + (size_t)8 * stats->bins, text_bytes = strlen(provenance);

@@ -16,6 +16,8 @@ struct brick_writer;
 
 int brick_writer_create(struct brick_writer **writer, const char *path, const struct brick_grid *grid,
                         struct brick_error *err);
+/* What the header says of lossy bricks, see brick_volume_tolerance; 0 unless set. */
+void brick_writer_set_tolerance(struct brick_writer *writer, double tolerance);
 /* entry's range, mask, codec, flags, value and nonfinite are the caller's; offset, bytes and checksum are the
  * writer's. payload is NULL and bytes 0 for a constant brick. Within a level ids must ascend by one. */
 int brick_writer_put(struct brick_writer *writer, uint64_t id, const struct brick_entry *entry,
