@@ -5,7 +5,8 @@ import re
 
 import cli
 
-COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench convert"]
+COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench convert",
+            "bench codecs"]
 
 
 class Usage(cli.Case):
