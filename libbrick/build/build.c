@@ -114,7 +114,7 @@ static int builder_init(struct builder *b, struct brick_source *source,
             b->staging_bytes = STAGING_BYTES;
     }
     uint64_t rest = b->batch_size * (payload + sizeof *b->batch) +
-                    b->threads * (encoder_bytes(&b->grid) + 65536 * sizeof(uint64_t)) +
+                    b->threads * (encoder_bytes(&b->grid) + 2 * payload + 65536 * sizeof(uint64_t)) +
                     b->grid.bricks * sizeof(struct brick_entry) + b->staging_bytes;
     if (!brick_add_u64(need, rest, &need) || need > params->memory_bytes)
         return brick_fail(

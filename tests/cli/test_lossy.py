@@ -47,6 +47,19 @@ class Lossy(cli.Case):
         back = self.convert("u16", spikes, 100)
         self.assertLessEqual(max(abs(a - b) for a, b in zip(spikes, back)), 100)
 
+    @unittest.skipUnless(HAS_ZFP, "built without zfp")
+    @cli.needs_gl
+    def test_skipping_stays_free(self):
+        """What is skipped by the ranges of a lossy file contributes nothing, at level 0 and above."""
+        self.brick("synth", "ct", "--size", "70x60x50", "--type", "i16", "--brick", "16", "--macrocell", "4", "--codec",
+                   "zfp", "--tolerance", "40", "-o", "a.brick", "--quiet")
+        for level in ["0", "1"]:
+            for mode in [["--tf", "ct-bone"], ["--mode", "iso", "--iso", "300"]]:
+                for name, skip in [("a.exr", []), ("b.exr", ["--no-skip"])]:
+                    self.brick("render", "a.brick", "--size", "64x64", "--camera", "30,20", "--level", level, "-o", name,
+                               "--quiet", *mode, *skip)
+                self.assertEqual(self.read("a.exr"), self.read("b.exr"))
+
     def test_lossless_files_say_so(self):
         self.brick("synth", "ramp", "--size", "20x20x20", "--codec", "zstd-delta", "-o", "a.brick", "--quiet")
         info = self.json("info", "a.brick")

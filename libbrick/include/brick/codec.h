@@ -42,7 +42,8 @@ bool brick_codec_is_built(enum brick_codec codec);
 size_t brick_codec_bound(enum brick_codec codec, size_t n);
 
 /* Encode a payload with a lossless codec. level 1..9. *written <= brick_codec_bound. Deterministic.
- * shape->bytes at most 2^31 - 17. */
+ * shape->bytes at most 2^31 - 17. This and the next take up to twice shape->bytes of memory while they run.
+ */
 int brick_codec_encode(enum brick_codec codec, int level, const struct brick_codec_shape *shape,
                        const void *src, void *dst, size_t dst_bytes, size_t *written,
                        struct brick_error *err);
