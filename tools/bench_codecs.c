@@ -21,7 +21,7 @@ enum { REPEAT_MAX = 100, ROWS_MAX = 64 };
 /* A codec at a level; a lossy one at a tolerance. */
 struct row {
     enum brick_codec codec;
-    int level;        /* lossless */
+    int level;        /* of a lossy one: of what stands in for it */
     double tolerance; /* lossy, physical */
     uint64_t encoded_bytes;
     double encode_s[REPEAT_MAX], decode_s[REPEAT_MAX];
@@ -39,8 +39,8 @@ struct bench {
     const struct brick_grid *grid;
     struct sample *samples;
     size_t count;
-    uint64_t bytes; /* of all payloads */
-    unsigned char *scratch;
+    uint64_t bytes;                 /* of all payloads */
+    unsigned char *scratch, *lossy; /* room for the largest payload each */
     struct row rows[ROWS_MAX];
     size_t row_count;
 };
@@ -59,7 +59,7 @@ static void list_rows(struct bench *b, double range)
             /* Where no stored value may move, the lossy codec is not used. */
             if (!lossy || brick_codec_tolerance(b->grid->type, b->grid->slope, tolerance) >= least)
                 b->rows[b->row_count++] =
-                    (struct row){.codec = codec, .level = lossy ? 0 : levels[i], .tolerance = tolerance};
+                    (struct row){.codec = codec, .level = lossy ? 1 : levels[i], .tolerance = tolerance};
         }
     }
 }
@@ -77,7 +77,8 @@ static int take_samples(struct bench *b, const struct brick_volume *volume, uint
     uint64_t step = 1 + whole / (limit_bytes + 1);
     b->samples = calloc(b->grid->bricks / step + 1, sizeof *b->samples);
     b->scratch = malloc(most);
-    for (uint64_t id = 0; !code && b->samples && b->scratch && id < b->grid->bricks; id++) {
+    b->lossy = malloc(most);
+    for (uint64_t id = 0; !code && b->samples && b->scratch && b->lossy && id < b->grid->bricks; id++) {
         if (brick_volume_entry(volume, id)->flags & BRICK_FLAG_CONSTANT || wanted++ % step)
             continue;
         struct sample *s = &b->samples[b->count++];
@@ -93,33 +94,35 @@ static int take_samples(struct bench *b, const struct brick_volume *volume, uint
         b->bytes += s->shape.bytes;
     }
     brick_scratch_finish(&scratch);
-    if (!code && (!b->samples || !b->scratch))
+    if (!code && (!b->samples || !b->scratch || !b->lossy))
         code = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of bricks");
     if (!code && !b->count)
         code = brick_fail(err, BRICK_ERR_ARGUMENT, "%s: all bricks are constant", brick_volume_path(volume));
     return code;
 }
 
-/* As brick_build does it: what a lossy codec gives up goes to zstd. */
+/* A lossy codec as brick_build uses it: where folded differences are smaller, they are taken. */
 static int encode(const struct bench *b, const struct row *row, struct sample *s, struct brick_error *err)
 {
-    size_t room = brick_codec_bound(BRICK_CODEC_ZSTD, s->shape.bytes), lossy = 0;
-    s->codec = row->codec;
-    if (!brick_codec_is_lossy(row->codec))
-        return brick_codec_encode(s->codec, row->level, &s->shape, s->payload, s->encoded, room,
+    bool lossy = brick_codec_is_lossy(row->codec);
+    size_t room = brick_codec_bound(BRICK_CODEC_ZSTD_DELTA, s->shape.bytes), written = 0,
+           ranges = s->shape.bytes - s->shape.voxel_bytes;
+    s->codec = lossy ? BRICK_CODEC_ZSTD_DELTA : row->codec;
+    int code = brick_codec_encode(s->codec, row->level, &s->shape, s->payload, s->encoded, room,
                                   &s->encoded_bytes, err);
-    double tolerance = brick_codec_tolerance(b->grid->type, b->grid->slope, row->tolerance);
-    memcpy(b->scratch, s->payload, s->shape.bytes);
-    int code =
-        brick_codec_encode_lossy(s->codec, tolerance, &s->shape, b->scratch, s->encoded, room, &lossy, err);
-    if (code || lossy) {
-        size_t ranges = s->shape.bytes - s->shape.voxel_bytes;
-        memcpy(s->encoded + lossy, s->payload + s->shape.voxel_bytes, ranges);
-        s->encoded_bytes = lossy + ranges;
+    if (code || !lossy || s->encoded_bytes <= ranges)
         return code;
+    double tolerance = brick_codec_tolerance(b->grid->type, b->grid->slope, row->tolerance);
+    memcpy(b->scratch, s->payload, s->shape.voxel_bytes);
+    code = brick_codec_encode_lossy(row->codec, tolerance, &s->shape, b->scratch, b->lossy,
+                                    s->encoded_bytes - ranges, &written, err);
+    if (!code && written) {
+        s->codec = row->codec;
+        memcpy(s->encoded, b->lossy, written);
+        memcpy(s->encoded + written, s->payload + s->shape.voxel_bytes, ranges);
+        s->encoded_bytes = written + ranges;
     }
-    s->codec = BRICK_CODEC_ZSTD;
-    return brick_codec_encode(s->codec, 1, &s->shape, s->payload, s->encoded, room, &s->encoded_bytes, err);
+    return code;
 }
 
 static double core_seconds(void)
@@ -210,6 +213,7 @@ static int measure(const char *path, uint64_t limit_bytes, uint32_t repeat, cJSO
     if (b) {
         free(b->samples);
         free(b->scratch);
+        free(b->lossy);
     }
     free(b);
     brick_volume_close(&volume);

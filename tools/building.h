@@ -42,7 +42,7 @@ extern const char *const tool_downsample_names[];
          .parse = tool_parse_u32,                                                                            \
          .target = &(b).codec_level,                                                                         \
          .limits = {.min = 1, .max = 9},                                                                     \
-         .help = "effort of the codec, 1 to 9"},                                                             \
+         .help = "effort of the codec, 1 (default) to 9"},                                                   \
         {"tolerance", .value = "E", .parse = tool_parse_positive, .target = &(b).params.tolerance,           \
          .help = "zfp: no value is off by more, in physical units"},                                         \
         {"downsample",                                                                                       \

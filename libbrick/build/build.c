@@ -21,7 +21,7 @@ const struct brick_build_params brick_build_defaults = {
     .border = 2,
     .macrocell = 8,
     .codec = BRICK_CODEC_LZ4,
-    .codec_level = 5,
+    .codec_level = 1,
     .memory_bytes = (uint64_t)512 << 20,
 };
 

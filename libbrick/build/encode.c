@@ -146,9 +146,14 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
     bool equal = all_equal(e->payload, voxel_bytes, width);
     size_t room = brick_codec_bound(codec, shape.bytes), lossy_bytes = 0;
     if (brick_codec_is_lossy(codec) && !equal) {
-        int code = brick_codec_encode_lossy(codec, e->tolerance, &shape, e->payload, out->payload, room,
-                                            &lossy_bytes, err);
-        if (code)
+        /* Noise is cheaper to keep than to approximate closely: the lossless size is the one to beat. */
+        struct brick_codec_shape voxels = shape;
+        size_t lossless_bytes;
+        voxels.bytes = voxel_bytes;
+        int code = brick_codec_encode(LOSSY_FALLBACK, codec_level, &voxels, e->payload, out->payload, room,
+                                      &lossless_bytes, err);
+        if (code || (code = brick_codec_encode_lossy(codec, e->tolerance, &shape, e->payload, out->payload,
+                                                     lossless_bytes, &lossy_bytes, err)))
             return code;
     }
     const void *lo = NULL, *hi = NULL;

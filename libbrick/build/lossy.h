@@ -8,8 +8,8 @@
 
 #include <brick/codec.h>
 
-/* For bricks that a lossy codec cannot encode within its tolerance, or not smaller. */
-#define LOSSY_FALLBACK BRICK_CODEC_ZSTD
+/* For bricks that a lossy codec cannot encode within its tolerance, or only to more bytes than this one. */
+#define LOSSY_FALLBACK BRICK_CODEC_ZSTD_DELTA
 
 /* Ranges [lo, hi] of converted voxels become ranges of what decoding gives: wider by the tolerance, rounded
  * outwards, inside the type. Empty ranges stay. Tolerance 0 changes nothing. */

@@ -95,10 +95,10 @@ int brick_codec_encode_lossy(enum brick_codec codec, double tolerance, const str
                              void *voxels, void *dst, size_t dst_bytes, size_t *written,
                              struct brick_error *err)
 {
-    if (!brick_codec_is_lossy(codec) || !(tolerance >= 0.0) || dst_bytes < shape->voxel_bytes)
+    if (!brick_codec_is_lossy(codec) || !(tolerance >= 0.0))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "codec %d with tolerance %g is not possible", (int)codec,
                           tolerance);
-    return zfp_payload_encode(shape, tolerance, voxels, dst, written, err);
+    return zfp_payload_encode(shape, tolerance, voxels, dst, dst_bytes, written, err);
 }
 
 double brick_codec_tolerance(enum brick_type type, double slope, double physical)

@@ -11,9 +11,9 @@ static int absent(struct brick_error *err)
 }
 
 int zfp_payload_encode(const struct brick_codec_shape *shape, double tolerance, void *voxels, void *dst,
-                       size_t *written, struct brick_error *err)
+                       size_t dst_bytes, size_t *written, struct brick_error *err)
 {
-    (void)shape, (void)tolerance, (void)voxels, (void)dst, (void)written;
+    (void)shape, (void)tolerance, (void)voxels, (void)dst, (void)dst_bytes, (void)written;
     return absent(err);
 }
 

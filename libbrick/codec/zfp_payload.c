@@ -3,7 +3,7 @@
  *
  * zfp does not bound its reads and writes. Invariants that do: a block takes at most SLACK bytes; before each
  * block the position is inside the stream, which lies in a buffer with SLACK bytes more; so a hostile stream
- * ends in an error, and a stream that outgrows the voxels is given up.
+ * ends in an error, and a stream that outgrows its room is given up.
  *
  * zfp's accuracy is a bound for the worst block; real errors are several times smaller. Since every voxel is
  * compared with the decoded one anyway, encoding begins with a coarser accuracy and halves it until the bound
@@ -136,7 +136,7 @@ static void stream_finish(struct stream *s)
     free(s->buffer);
 }
 
-/* False when the stream would be no smaller than the voxels. */
+/* False when the stream would take all of its room. */
 static bool encode_blocks(struct stream *s, const struct brick_codec_shape *shape, double accuracy,
                           const void *voxels, size_t *written)
 {
@@ -209,7 +209,7 @@ static bool within(enum brick_type type, const void *a, const void *b, size_t n,
 }
 
 int zfp_payload_encode(const struct brick_codec_shape *shape, double tolerance, void *voxels, void *dst,
-                       size_t *written, struct brick_error *err)
+                       size_t dst_bytes, size_t *written, struct brick_error *err)
 {
     size_t n = shape->voxel_bytes / brick_type_bytes(shape->type), bytes;
     *written = 0;
@@ -217,7 +217,7 @@ int zfp_payload_encode(const struct brick_codec_shape *shape, double tolerance, 
         return BRICK_OK;
     struct stream s;
     void *decoded = malloc(shape->voxel_bytes);
-    int code = stream_init(&s, shape->voxel_bytes, err);
+    int code = stream_init(&s, dst_bytes < shape->voxel_bytes ? dst_bytes : shape->voxel_bytes, err);
     if (!code && !decoded)
         code = brick_fail(err, BRICK_ERR_MEMORY, "out of memory for a decoded brick");
     for (double accuracy = BOLD * tolerance; !code && !*written && accuracy >= tolerance; accuracy /= 2) {

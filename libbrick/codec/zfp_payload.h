@@ -7,9 +7,9 @@
 
 extern const bool zfp_payload_built;
 
-/* As brick_codec_encode_lossy; dst holds shape->voxel_bytes. */
+/* As brick_codec_encode_lossy. */
 int zfp_payload_encode(const struct brick_codec_shape *shape, double tolerance, void *voxels, void *dst,
-                       size_t *written, struct brick_error *err);
+                       size_t dst_bytes, size_t *written, struct brick_error *err);
 /* Decode a stream of exactly src_bytes to shape->voxel_bytes at voxels. */
 int zfp_payload_decode(const struct brick_codec_shape *shape, const void *src, size_t src_bytes, void *voxels,
                        struct brick_error *err);

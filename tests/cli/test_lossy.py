@@ -2,6 +2,7 @@
 
 import math
 import os
+import random
 import struct
 import unittest
 
@@ -24,15 +25,17 @@ class Lossy(cli.Case):
 
     @unittest.skipUnless(HAS_ZFP, "built without zfp")
     def test_tolerance(self):
-        for kind, tolerance, slope in [("i16", 5, 1), ("u16", 2.5, -0.5), ("u8", 3, 1), ("f32", 0.25, 2)]:
+        for kind, tolerance, slope in [("i16", 9, 1), ("u16", 5, -0.5), ("u8", 10, 1), ("f32", 12.5, 2)]:
             with self.subTest(kind=kind):
-                values = [round(100 + 60 * math.sin(0.05 * (i % 40)) + i // 1440) + i * i * 7919 % 23 for i in range(COUNT)]
+                noise = random.Random(1)
+                values = [round(100 + 60 * math.sin(0.05 * (i % 40)) + i // 1440 + 60 * noise.random()) for i in range(COUNT)]
                 back = self.convert(kind, values, tolerance, "--slope", str(slope))
                 worst = max(abs(slope) * abs(a - b) for a, b in zip(values, back))
                 self.assertLessEqual(worst, tolerance)
                 self.assertGreater(worst, 0)
                 info = self.json("info", "a.brick")
-                self.assertEqual((info["codecs"], info["tolerance"]), (["zfp"], tolerance))
+                self.assertIn("zfp", info["codecs"])
+                self.assertEqual(info["tolerance"], tolerance)
                 self.assertEqual(info["range"], sorted(slope * v for v in (min(back), max(back))))
                 self.assertIn("zfp", info["provenance"])
                 self.assertIn("no value off by more than %g" % tolerance, self.brick("info", "a.brick"))

@@ -227,7 +227,7 @@ static void bricks_that_are_not_finite_are_lossless(void **state)
     enum { N = 40 };
     float *voxels = malloc(sizeof(float) * N * N * N);
     for (int i = 0; i < N * N * N; i++)
-        voxels[i] = (float)sin(0.01 * i);
+        voxels[i] = (float)sin(0.01 * i) + (float)(noise64(1, (uint64_t)i) % 1000) * 1e-4f;
     voxels[5 * N * N + 5 * N + 5] = NAN;
     voxels[6 * N * N + 5 * N + 5] = -INFINITY;
     struct memory_source source;
@@ -243,8 +243,8 @@ static void bricks_that_are_not_finite_are_lossless(void **state)
     int used[BRICK_CODEC_COUNT] = {0};
     for (uint64_t id = 0; id < brick_volume_grid(v)->bricks; id++)
         used[brick_volume_entry(v, id)->codec]++;
-    assert_true(used[BRICK_CODEC_ZFP] > 0 && used[BRICK_CODEC_ZSTD] > 0);
-    assert_int_equal(brick_volume_entry(v, 0)->codec, BRICK_CODEC_ZSTD);
+    assert_true(used[BRICK_CODEC_ZFP] > 0 && used[BRICK_CODEC_ZSTD_DELTA] > 0);
+    assert_int_equal(brick_volume_entry(v, 0)->codec, BRICK_CODEC_ZSTD_DELTA);
     assert_int_equal(brick_volume_stats(v)->nonfinite, 2);
     brick_volume_close(&v);
     free(voxels);
@@ -322,7 +322,7 @@ static void fill_body(enum brick_type type, void *voxels, const uint64_t n[3])
         for (uint64_t y = 0; y < n[1]; y++)
             for (uint64_t x = 0; x < n[0]; x++, i++) {
                 double r = hypot(hypot((double)x - 50, (double)y - 30), (double)z - 30);
-                double v = r > 20 ? 3 : 60 + 30 * sin(0.4 * r) + (double)(noise64(4, i) % 20);
+                double v = r > 20 ? 3 : 25 + 20 * sin(0.4 * r) + (double)(noise64(4, i) % 70);
                 set(type, voxels, i, v);
             }
 }
@@ -335,7 +335,7 @@ static void lossy_files(void **state)
     if (!brick_codec_is_built(BRICK_CODEC_ZFP))
         skip();
     const uint64_t n[3] = {71, 60, 60}, zero[3] = {0, 0, 0};
-    const double slopes[] = {1.0, -0.1}, tolerances[] = {4.0, 0.33};
+    const double slopes[] = {1.0, -0.1}, tolerances[] = {8.0, 0.93};
     size_t count = (size_t)(n[0] * n[1] * n[2]);
     void *voxels = malloc(count * 4), *back = malloc(count * 4);
     for (int type = 0; type < BRICK_TYPE_STORED_COUNT; type++)

@@ -52,7 +52,7 @@ int brick_codec_encode(enum brick_codec codec, int level, const struct brick_cod
  * values, which is checked voxel by voxel, and put what decoding will give in their place. The payload is
  * then dst and, behind it, the ranges of these new voxels as they are: the caller's to append.
  * *written = 0 and nothing changed when the bound cannot be kept (NaN, Inf, a tolerance too small for the
- * values) or the stream would be no smaller than the voxels: use a lossless codec. Deterministic.
+ * values) or the stream would take dst_bytes or as many as the voxels: use a lossless codec. Deterministic.
  * BRICK_ERR_UNSUPPORTED without the library. */
 int brick_codec_encode_lossy(enum brick_codec codec, double tolerance, const struct brick_codec_shape *shape,
                              void *voxels, void *dst, size_t dst_bytes, size_t *written,
