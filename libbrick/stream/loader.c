@@ -237,7 +237,7 @@ static void load_one(struct brick_loader *l)
     if (++l->flights_used > l->counters.in_flight_peak)
         l->counters.in_flight_peak = l->flights_used;
     f->code =
-        slots_load(l->cache, id, false, &f->slot, &f->error); /* unlocks; `w` may be another list after */
+        slots_load(l->cache, id, false, &f->slot, &f->error); /* unlocks: another list may be wanted now */
     f->state = f->code ? FLIGHT_FAILED : FLIGHT_LOADED;
     if (!f->wanted)
         drop_flight(l, f);
