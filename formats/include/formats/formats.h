@@ -1,5 +1,5 @@
-/* Foreign files: volumes in and out, pictures in and out, transfer functions in. Each format is one row of the
- * registry; a file's ending chooses it. */
+/* Foreign files: volumes in and out, pictures in and out, transfer functions in. Each format is one row of
+ * the registry; a file's ending chooses it. */
 #ifndef FORMATS_FORMATS_H
 #define FORMATS_FORMATS_H
 
@@ -24,16 +24,17 @@ struct fmt_source_params {
 };
 extern const struct fmt_source_params fmt_source_defaults;
 
-/* Open any readable volume by its ending. Given overrides (spacing, origin, axes, affine, slope, intercept) win over
- * the file's. An unknown ending with dims and type given is read as raw; else BRICK_ERR_UNSUPPORTED listing what can
- * be read. Sizes are checked against the files' before memory is taken. */
+/* Open any readable volume by its ending. Given overrides (spacing, origin, axes, affine, slope, intercept)
+ * win over the file's. An unknown ending with dims and type given is read as raw; else BRICK_ERR_UNSUPPORTED
+ * listing what can be read. Sizes are checked against the files' before memory is taken. */
 int fmt_source_open(struct brick_source **source, const char *path, const struct fmt_source_params *params,
                     struct brick_error *err);
 
-/* Synthetic fields: "marschner-lobb", "ct", "ramp", "checker", "constant", "shells". Any size; the same bytes for
- * every thread count. type: any stored type. spacing 1 mm, LPS, first voxel at 0. Scales: marschner-lobb and shells
- * from 0 to the type's largest value (f32: 1); ramp over the type's range (f32: x + y + z); checker's voxels alternate
- * between 0 and 200 (u8), 100 (i8), 50000 (u16), 20000 (i16), 1 (f32); ct in HU by slope and intercept. */
+/* Synthetic fields: "marschner-lobb", "ct", "ramp", "checker", "constant", "shells". Any size; the same bytes
+ * for every thread count. type: any stored type. spacing 1 mm, LPS, first voxel at 0. Scales: marschner-lobb
+ * and shells from 0 to the type's largest value (f32: 1); ramp over the type's range (f32: x + y + z);
+ * checker's voxels alternate between 0 and 200 (u8), 100 (i8), 50000 (u16), 20000 (i16), 1 (f32); ct in HU by
+ * slope and intercept. */
 struct fmt_synth_params {
     uint64_t dims[3];
     enum brick_type type;
@@ -46,13 +47,14 @@ int fmt_synth_open(struct brick_source **source, const char *name, const struct 
 /* The names, NULL at the end. */
 extern const char *const fmt_synth_names[];
 
-/* Create DST by its ending (.raw, .nrrd, .mhd, .mha). The data of .mhd goes to a .raw beside it (BRICK_ERR_ARGUMENT
- * when that exists without the .mhd). Written under a temporary name and renamed by finish. */
+/* Create DST by its ending (.raw, .nrrd, .mhd, .mha). The data of .mhd goes to a .raw beside it
+ * (BRICK_ERR_ARGUMENT when that exists without the .mhd). Written under a temporary name and renamed by
+ * finish. */
 int fmt_sink_create(struct brick_sink **sink, const char *path, enum brick_type type,
                     const struct brick_geometry *geometry, struct brick_error *err);
 
-/* Pictures. EXR: scanlines, ZIP, float A B G R, linear premultiplied; exact. PNG: over `background` (linear RGB),
- * sRGB encoded, 8 bits; by ending. Written under a temporary name and renamed. */
+/* Pictures. EXR: scanlines, ZIP, float A B G R, linear premultiplied; exact. PNG: over `background` (linear
+ * RGB), sRGB encoded, 8 bits; by ending. Written under a temporary name and renamed. */
 struct fmt_image_params {
     double background[3];
 };
@@ -64,9 +66,10 @@ int fmt_image_read(struct brick_image *image, const char *path, struct brick_err
 /* Can a picture be written under that name? Checked before a long render. */
 int fmt_image_check_path(const char *path, struct brick_error *err);
 
-/* A transfer function from JSON: this project's, or ParaView's colour map (RGBPoints, Points, ColorSpace RGB, HSV,
- * Lab, Diverging, Step), whose values are taken as physical and whose opacity as of one voxel edge (it states no
- * unit). Files up to 16 MiB. BRICK_ERR_FORMAT names the key or the point. Finish with brick_transfer_spec_finish. */
+/* A transfer function from JSON: this project's, or ParaView's colour map (RGBPoints, Points, ColorSpace RGB,
+ * HSV, Lab, Diverging, Step), whose values are taken as physical and whose opacity as of one voxel edge (it
+ * states no unit). Files up to 16 MiB. BRICK_ERR_FORMAT names the key or the point. Finish with
+ * brick_transfer_spec_finish. */
 int fmt_transfer_read(struct brick_transfer_spec *spec, const char *path, struct brick_error *err);
 
 #endif

@@ -1,0 +1,76 @@
+/* Every OpenGL entry point this library calls: one list, from which the table and its loader are made.
+ * Pointers come from the context's own get-proc-address; nothing is linked to a GL library. */
+#ifndef RENDERER_GPU_FUNCTIONS_H
+#define RENDERER_GPU_FUNCTIONS_H
+
+#include <GL/glcorearb.h>
+
+#define VR_GL_FUNCTIONS(X)                                                                                   \
+    X(PFNGLACTIVETEXTUREPROC, ActiveTexture)                                                                 \
+    X(PFNGLATTACHSHADERPROC, AttachShader)                                                                   \
+    X(PFNGLBINDBUFFERPROC, BindBuffer)                                                                       \
+    X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                                                             \
+    X(PFNGLBINDTEXTUREPROC, BindTexture)                                                                     \
+    X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                                                             \
+    X(PFNGLBUFFERDATAPROC, BufferData)                                                                       \
+    X(PFNGLBUFFERSUBDATAPROC, BufferSubData)                                                                 \
+    X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                                               \
+    X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
+    X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
+    X(PFNGLCREATESHADERPROC, CreateShader)                                                                   \
+    X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                                                 \
+    X(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                                                       \
+    X(PFNGLDELETEPROGRAMPROC, DeleteProgram)                                                                 \
+    X(PFNGLDELETESHADERPROC, DeleteShader)                                                                   \
+    X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                                               \
+    X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                                                       \
+    X(PFNGLDISABLEPROC, Disable)                                                                             \
+    X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
+    X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
+    X(PFNGLENABLEPROC, Enable)                                                                               \
+    X(PFNGLFLUSHPROC, Flush)                                                                                 \
+    X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                                                   \
+    X(PFNGLGENBUFFERSPROC, GenBuffers)                                                                       \
+    X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                                                             \
+    X(PFNGLGENTEXTURESPROC, GenTextures)                                                                     \
+    X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                                                             \
+    X(PFNGLGETERRORPROC, GetError)                                                                           \
+    X(PFNGLGETINTEGERVPROC, GetIntegerv)                                                                     \
+    X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                                                         \
+    X(PFNGLGETPROGRAMIVPROC, GetProgramiv)                                                                   \
+    X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                                                           \
+    X(PFNGLGETSHADERIVPROC, GetShaderiv)                                                                     \
+    X(PFNGLGETSTRINGPROC, GetString)                                                                         \
+    X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)                                                       \
+    X(PFNGLLINKPROGRAMPROC, LinkProgram)                                                                     \
+    X(PFNGLPIXELSTOREIPROC, PixelStorei)                                                                     \
+    X(PFNGLREADBUFFERPROC, ReadBuffer)                                                                       \
+    X(PFNGLREADPIXELSPROC, ReadPixels)                                                                       \
+    X(PFNGLSCISSORPROC, Scissor)                                                                             \
+    X(PFNGLSHADERSOURCEPROC, ShaderSource)                                                                   \
+    X(PFNGLTEXBUFFERPROC, TexBuffer)                                                                         \
+    X(PFNGLTEXPARAMETERIPROC, TexParameteri)                                                                 \
+    X(PFNGLTEXSTORAGE2DPROC, TexStorage2D)                                                                   \
+    X(PFNGLTEXSTORAGE3DPROC, TexStorage3D)                                                                   \
+    X(PFNGLTEXSUBIMAGE3DPROC, TexSubImage3D)                                                                 \
+    X(PFNGLUNIFORM1DPROC, Uniform1d)                                                                         \
+    X(PFNGLUNIFORM1FPROC, Uniform1f)                                                                         \
+    X(PFNGLUNIFORM1IPROC, Uniform1i)                                                                         \
+    X(PFNGLUNIFORM1UIPROC, Uniform1ui)                                                                       \
+    X(PFNGLUNIFORM2IPROC, Uniform2i)                                                                         \
+    X(PFNGLUNIFORM3DVPROC, Uniform3dv)                                                                       \
+    X(PFNGLUNIFORM3FVPROC, Uniform3fv)                                                                       \
+    X(PFNGLUNIFORM3IVPROC, Uniform3iv)                                                                       \
+    X(PFNGLUNIFORM4FVPROC, Uniform4fv)                                                                       \
+    X(PFNGLUNIFORMMATRIX3FVPROC, UniformMatrix3fv)                                                           \
+    X(PFNGLUNIFORMMATRIX3DVPROC, UniformMatrix3dv)                                                           \
+    X(PFNGLUSEPROGRAMPROC, UseProgram)                                                                       \
+    X(PFNGLVIEWPORTPROC, Viewport)
+
+struct vr_gl {
+#define VR_GL_MEMBER(type, name) type name;
+    VR_GL_FUNCTIONS(VR_GL_MEMBER)
+#undef VR_GL_MEMBER
+};
+
+#endif

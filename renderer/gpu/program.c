@@ -1,0 +1,94 @@
+/* Compiling and linking. A #line before every part gives its lines numbers of their own, so that a line in
+ * the compiler's log names the part: source string numbers would be the means for that, but Mesa reports them
+ * as 0. */
+#include "program.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "shaders.h"
+
+#define PART_LINES 10000
+
+static void first_line(char *log)
+{
+    log[strcspn(log, "\r\n")] = '\0';
+}
+
+/* Drivers write "0:23(5): ..." or "ERROR: 0:23: ..." or "0(23) : ...": the line is the second number. */
+static void place_of(const char *log, const struct vr_shader_part *parts, int count, char *place,
+                     size_t bytes)
+{
+    char *end;
+    while (*log && !isdigit((unsigned char)*log))
+        log++;
+    strtol(log, &end, 10);
+    long line = *end ? strtol(end + 1, NULL, 10) : 0, part = line / PART_LINES - 1;
+    if (part >= 0 && part < count)
+        snprintf(place, bytes, "%s:%ld", parts[part].name, line % PART_LINES);
+    else
+        snprintf(place, bytes, "shader");
+}
+
+static int compile(struct vr_context *context, GLenum stage, const char *defines,
+                   const struct vr_shader_part *parts, int count, GLuint *shader, struct brick_error *err)
+{
+    const struct vr_gl *gl = &context->gl;
+    const char *strings[2 + 2 * VR_PROGRAM_MAX_PARTS] = {"#version 430 core\n", defines};
+    char lines[VR_PROGRAM_MAX_PARTS][32], place[64];
+    GLint ok = GL_FALSE;
+    char log[480] = "";
+    for (int i = 0; i < count; i++) {
+        snprintf(lines[i], sizeof lines[i], "#line %d\n", (i + 1) * PART_LINES + 1);
+        strings[2 + 2 * i] = lines[i];
+        strings[3 + 2 * i] = parts[i].text;
+    }
+    *shader = gl->CreateShader(stage);
+    gl->ShaderSource(*shader, 2 + 2 * count, strings, NULL);
+    gl->CompileShader(*shader);
+    gl->GetShaderiv(*shader, GL_COMPILE_STATUS, &ok);
+    if (ok)
+        return BRICK_OK;
+    gl->GetShaderInfoLog(*shader, (GLsizei)sizeof log, NULL, log);
+    first_line(log);
+    place_of(log, parts, count, place, sizeof place);
+    return brick_fail(err, BRICK_ERR_UNSUPPORTED, "%s does not compile on %s: %s", place, context->renderer,
+                      log[0] ? log : "no log");
+}
+
+int vr_program_create(struct vr_context *context, const char *defines, const struct vr_shader_part *parts,
+                      int count, GLuint *program, struct brick_error *err)
+{
+    const struct vr_gl *gl = &context->gl;
+    const struct vr_shader_part vertex_part = {"fullscreen.vert.glsl", vr_shader_fullscreen_vert};
+    GLuint vertex = 0, fragment = 0;
+    GLint ok = GL_FALSE;
+    char log[480] = "";
+    int result;
+
+    *program = 0;
+    if (count < 1 || count > VR_PROGRAM_MAX_PARTS)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "a program of %d parts", count);
+    if ((result = compile(context, GL_VERTEX_SHADER, "", &vertex_part, 1, &vertex, err)) ||
+        (result = compile(context, GL_FRAGMENT_SHADER, defines, parts, count, &fragment, err)))
+        goto done;
+    *program = gl->CreateProgram();
+    gl->AttachShader(*program, vertex);
+    gl->AttachShader(*program, fragment);
+    gl->LinkProgram(*program);
+    gl->GetProgramiv(*program, GL_LINK_STATUS, &ok);
+    if (!ok) {
+        gl->GetProgramInfoLog(*program, (GLsizei)sizeof log, NULL, log);
+        first_line(log);
+        gl->DeleteProgram(*program);
+        *program = 0;
+        result = brick_fail(err, BRICK_ERR_UNSUPPORTED, "%s does not link on %s: %s", parts[count - 1].name,
+                            context->renderer, log[0] ? log : "no log");
+    }
+done:
+    gl->DeleteShader(vertex);
+    gl->DeleteShader(fragment);
+    return result;
+}

@@ -1,0 +1,306 @@
+/* The raycaster's host side: a program that models only what the scene needs, its uniforms, and the picture
+ * in parts no larger than a target. */
+#include "raycast.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "program.h"
+#include "shaders.h"
+#include "target.h"
+#include "transfer_table.h"
+
+#define TARGET_EDGE 1024
+/* Samples and leaps of a ray in one pass: 2 loops x 16 rays x 2000 is below what llvmpipe lets a shader do.
+ */
+#define STEPS_A_PASS 2000
+/* Samples a ray: they are counted in 32 bits. */
+#define MAX_SAMPLES 2147483648.0
+
+enum { UNIT_ATLAS, UNIT_PAGES, UNIT_MACROCELLS, UNIT_PIECES, UNIT_BINS, UNIT_CARRIED, UNIT_PROGRESS };
+
+static int get_program(struct vr_raycast *r, struct vr_context *context, const struct brick_volume *volume,
+                       enum brick_mode mode, bool skip, uint32_t search_steps, GLuint *out,
+                       struct brick_error *err)
+{
+    static const char *const modes[] = {"MODE_DVR", "MODE_SHADED", "MODE_ISO", "MODE_MIP"};
+    static const char *const samplers[BRICK_TYPE_STORED_COUNT] = {
+        [BRICK_U8] = "usampler3D",  [BRICK_I8] = "isampler3D", [BRICK_U16] = "usampler3D",
+        [BRICK_I16] = "isampler3D", [BRICK_F32] = "sampler3D",
+    };
+    static const struct vr_shader_part parts[] = {
+        {"exponential.glsl", vr_shader_exponential},
+        {"fixed.glsl", vr_shader_fixed},
+        {"ray.glsl", vr_shader_ray},
+        {"field.glsl", vr_shader_field},
+        {"transfer.glsl", vr_shader_transfer},
+        {"shading.glsl", vr_shader_shading},
+        {"raycast.glsl", vr_shader_raycast},
+    };
+    char defines[512];
+    GLuint *program = &r->programs[mode][skip].name;
+    *out = *program;
+    if (*program && r->programs[mode][skip].search_steps == search_steps)
+        return BRICK_OK;
+    if (*program)
+        context->gl.DeleteProgram(*program);
+    snprintf(
+        defines, sizeof defines,
+        "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
+        "#define MODE %s\n#define VOXEL_SAMPLER %s\n#define SEARCH_STEPS %u\n#define STEPS_A_PASS %d\n%s%s",
+        modes[mode], samplers[brick_volume_grid(volume)->type], search_steps, STEPS_A_PASS,
+        skip ? "#define SKIP\n" : "", brick_volume_stats(volume)->nonfinite ? "#define NONFINITE\n" : "");
+    int result =
+        vr_program_create(context, defines, parts, (int)(sizeof parts / sizeof *parts), program, err);
+    *out = *program;
+    r->programs[mode][skip].search_steps = search_steps;
+    return result;
+}
+
+void vr_raycast_finish(struct vr_raycast *raycast, struct vr_context *context)
+{
+    for (int m = 0; m < 4; m++)
+        for (int s = 0; s < 2; s++)
+            if (raycast->programs[m][s].name)
+                context->gl.DeleteProgram(raycast->programs[m][s].name);
+    vr_buffer_finish(&raycast->pieces, context);
+    vr_buffer_finish(&raycast->bins, context);
+    *raycast = (struct vr_raycast){0};
+}
+
+/* Uniforms by name; those a program does not use have location -1, which OpenGL ignores. */
+struct setter {
+    const struct vr_gl *gl;
+    GLuint program;
+};
+
+static GLint at(const struct setter *s, const char *name)
+{
+    return s->gl->GetUniformLocation(s->program, name);
+}
+
+static void set_dvec3(const struct setter *s, const char *name, const double v[3])
+{
+    s->gl->Uniform3dv(at(s, name), 1, v);
+}
+
+static void set_ivec3(const struct setter *s, const char *name, const int v[3])
+{
+    s->gl->Uniform3iv(at(s, name), 1, v);
+}
+
+static void set_float(const struct setter *s, const char *name, double v)
+{
+    s->gl->Uniform1f(at(s, name), (float)v);
+}
+
+static int log2_of(uint32_t power)
+{
+    int n = 0;
+    while (power > 1)
+        power >>= 1, n++;
+    return n;
+}
+
+static void set_rays(const struct setter *s, const struct brick_grid *grid, const struct brick_level *level,
+                     const struct brick_view *view, double step_mm)
+{
+    double box_high[3];
+    for (int a = 0; a < 3; a++)
+        box_high[a] = (double)grid->dims[a] - 0.5;
+    set_dvec3(s, "origin", view->origin);
+    set_dvec3(s, "origin_u", view->origin_u);
+    set_dvec3(s, "origin_v", view->origin_v);
+    set_dvec3(s, "dir", view->dir);
+    set_dvec3(s, "dir_u", view->dir_u);
+    set_dvec3(s, "dir_v", view->dir_v);
+    s->gl->UniformMatrix3dv(at(s, "linear"), 1, GL_TRUE, &view->linear[0][0]);
+    set_dvec3(s, "box_high", box_high);
+    set_dvec3(s, "level_scale", level->scale);
+    set_dvec3(s, "level_offset", level->offset);
+    s->gl->Uniform1d(at(s, "step_mm"), step_mm);
+}
+
+static void set_field(const struct setter *s, const struct brick_grid *grid, const struct brick_level *level,
+                      const struct vr_residency *residency)
+{
+    const struct vr_atlas *atlas = vr_residency_atlas(residency);
+    const struct vr_macrocells *macrocells = vr_residency_macrocells(residency);
+    int last[3], bricks[3];
+    for (int a = 0; a < 3; a++) {
+        last[a] = (int)level->dims[a] - 1;
+        bricks[a] = (int)level->bricks[a];
+    }
+    set_ivec3(s, "level_last", last);
+    set_ivec3(s, "level_bricks", bricks);
+    set_ivec3(s, "slots", atlas->slots);
+    set_ivec3(s, "slot_size", atlas->slot_size);
+    set_ivec3(s, "slot_cells", macrocells->cells);
+    s->gl->Uniform1i(at(s, "plane_words"), macrocells->plane_words);
+    s->gl->Uniform1i(at(s, "brick_shift"), log2_of(grid->edge));
+    s->gl->Uniform1i(at(s, "macro_shift"), log2_of(grid->macrocell));
+    s->gl->Uniform1i(at(s, "border"), (int)grid->border);
+    s->gl->Uniform1i(at(s, "atlas"), UNIT_ATLAS);
+    s->gl->Uniform1i(at(s, "pages"), UNIT_PAGES);
+    s->gl->Uniform1i(at(s, "macrocells"), UNIT_MACROCELLS);
+    set_float(s, "value_sign", grid->slope < 0.0 ? -1.0 : 1.0);
+}
+
+/* Gradient in the level's index space to world: the inverse of (affine's linear part x level scale),
+ * transposed. */
+static void set_shading(const struct setter *s, const struct brick_grid *grid,
+                        const struct brick_level *level, const struct vr_scene *scene)
+{
+    double inverse[3][4];
+    float matrix[9], material[4] = {(float)scene->ambient, (float)scene->diffuse, (float)scene->specular,
+                                    (float)scene->shininess};
+    double largest = 0.0;
+    brick_affine_invert(grid->affine, inverse);
+    for (int i = 0; i < 9; i++)
+        largest = fmax(largest, fabs(inverse[i / 3][i % 3] / level->scale[i / 3]));
+    /* Row i of the inverse is column i of its transpose, which is what column-major order wants. Only the
+     * direction counts, so the largest entry is made 1. */
+    for (int i = 0; i < 9; i++)
+        matrix[i] = (float)(inverse[i / 3][i % 3] / level->scale[i / 3] / largest);
+    s->gl->UniformMatrix3fv(at(s, "normal_matrix"), 1, GL_FALSE, matrix);
+    s->gl->Uniform4fv(at(s, "material"), 1, material);
+}
+
+static int set_transfer(struct vr_raycast *r, struct vr_context *context, const struct setter *s,
+                        const struct vr_transfer_table *table, struct brick_error *err)
+{
+    int result;
+    if ((result = vr_buffer_write(&r->pieces, context, GL_RGBA32F, table->pieces,
+                                  table->count * sizeof *table->pieces, "transfer function", err)) ||
+        (result = vr_buffer_write(&r->bins, context, GL_RG32UI, table->bins,
+                                  table->bin_count * sizeof *table->bins, "transfer function", err)))
+        return result;
+    vr_buffer_use(&r->pieces, context, UNIT_PIECES);
+    vr_buffer_use(&r->bins, context, UNIT_BINS);
+    s->gl->Uniform1i(at(s, "pieces"), UNIT_PIECES);
+    s->gl->Uniform1i(at(s, "bins"), UNIT_BINS);
+    set_float(s, "bin_origin", table->bin_origin);
+    set_float(s, "bin_scale", table->bin_scale);
+    set_float(s, "bin_last", table->bin_count - 1.0);
+    return BRICK_OK;
+}
+
+static void set_surface(const struct setter *s, const struct brick_grid *grid, const struct vr_scene *scene,
+                        const struct vr_quality *quality)
+{
+    double rgb[3] = {scene->iso_rgb[0], scene->iso_rgb[1], scene->iso_rgb[2]}, sigma;
+    uint32_t refinements = quality->refinements < 64 ? quality->refinements : 64;
+    if (scene->transfer)
+        brick_transfer_eval(scene->transfer, scene->isovalue, rgb, &sigma);
+    float colour[3] = {(float)rgb[0], (float)rgb[1], (float)rgb[2]};
+    /* Samples further apart than a voxel are brought into cells that touch, whatever the refinement. */
+    for (double step = quality->step_vox; step > 1.0; step /= 2.0)
+        refinements++;
+    s->gl->Uniform3fv(at(s, "surface"), 1, colour);
+    s->gl->Uniform1ui(at(s, "refinements"), refinements);
+    s->gl->Uniform1f(at(s, "isovalue"), vr_stored_threshold(grid, scene->isovalue));
+}
+
+/* No ray has more samples than this. */
+static int count_samples(const struct brick_grid *grid, const struct brick_level *level, double step_mm,
+                         double *most, struct brick_error *err)
+{
+    double spacing[3], longest = 0.0;
+    brick_grid_spacing_mm(grid, spacing);
+    for (int a = 0; a < 3; a++) {
+        longest += spacing[a] * (double)grid->dims[a];
+        if (level->dims[a] > INT32_MAX - 1024)
+            return brick_fail(
+                err, BRICK_ERR_UNSUPPORTED,
+                "the level has %llu voxels on an axis, more than a shader can count: use a coarser level",
+                (unsigned long long)level->dims[a]);
+    }
+    *most = ceil(longest / step_mm) + 1.0;
+    if (*most > MAX_SAMPLES)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g mm makes more than 2^31 samples a ray",
+                          step_mm);
+    return BRICK_OK;
+}
+
+/* The picture part by part through one target, each in as many passes as its longest ray can need. */
+static int draw_parts(struct vr_context *context, const struct setter *s, uint64_t passes,
+                      struct brick_image *image, struct vr_report *report, struct brick_error *err)
+{
+    struct vr_target target = {0};
+    int width = (int)image->width, height = (int)image->height;
+    int tw = width < TARGET_EDGE ? width : TARGET_EDGE, th = height < TARGET_EDGE ? height : TARGET_EDGE;
+    uint32_t *progress = malloc((size_t)tw * (size_t)th * 2 * sizeof *progress);
+    int result = progress ? vr_target_init(&target, context, tw, th, passes > 1, err)
+                          : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
+    s->gl->Uniform1i(at(s, "carried"), UNIT_CARRIED);
+    s->gl->Uniform1i(at(s, "carried_progress"), UNIT_PROGRESS);
+    for (int y = 0; !result && y < height; y += th)
+        for (int x = 0; !result && x < width; x += tw) {
+            int w = width - x < tw ? width - x : tw, h = height - y < th ? height - y : th;
+            s->gl->Uniform2i(at(s, "tile_origin"), x, y);
+            for (uint64_t pass = 0; pass < passes; pass++) {
+                s->gl->Uniform1i(at(s, "resume"), pass > 0);
+                if (pass > 0)
+                    vr_target_use(&target, context, UNIT_CARRIED, UNIT_PROGRESS);
+                vr_target_draw(&target, context, w, h);
+            }
+            vr_target_read(&target, context, w, h, image->rgba + 4 * ((size_t)y * image->width + (size_t)x),
+                           width, progress);
+            for (size_t i = 0; i < (size_t)w * (size_t)h; i++)
+                report->samples += progress[2 * i + 1];
+            result = vr_context_check(context, "raycasting", err);
+        }
+    report->passes = passes;
+    vr_target_finish(&target, context);
+    free(progress);
+    return result;
+}
+
+int vr_raycast_draw(struct vr_raycast *r, struct vr_context *context, const struct brick_volume *volume,
+                    const struct vr_residency *residency, const struct vr_scene *scene,
+                    const struct vr_quality *quality, struct brick_image *image, struct vr_report *report,
+                    struct brick_error *err)
+{
+    const struct brick_grid *grid = brick_volume_grid(volume);
+    const struct brick_level *level = &grid->level[scene->level];
+    const struct vr_gl *gl = &context->gl;
+    double step_mm = quality->step_vox * brick_grid_min_spacing_mm(grid), most = 0.0;
+    struct setter setter = {.gl = gl};
+    struct vr_transfer_table table = {.search_steps = 1};
+    struct brick_view view;
+    int result;
+
+    if ((result = count_samples(grid, level, step_mm, &most, err)) ||
+        (result = brick_view_init(&view, &scene->camera, grid, scene->width, scene->height, err)))
+        return result;
+    if (scene->mode != BRICK_MODE_ISO &&
+        (result = vr_transfer_table_init(&table, scene->transfer, grid, err)))
+        return result;
+    if ((result = get_program(r, context, volume, scene->mode, quality->skip, table.search_steps,
+                              &setter.program, err)))
+        goto done;
+    gl->UseProgram(setter.program);
+    set_rays(&setter, grid, level, &view, step_mm);
+    set_field(&setter, grid, level, residency);
+    set_shading(&setter, grid, level, scene);
+    if (scene->mode == BRICK_MODE_ISO)
+        set_surface(&setter, grid, scene, quality);
+    else if ((result = set_transfer(r, context, &setter, &table, err)))
+        goto done;
+    if (scene->mode == BRICK_MODE_MIP)
+        set_float(&setter, "unit_mm", scene->transfer->unit_mm);
+    /* A ray ends where exp(-depth) falls below the threshold. */
+    set_float(&setter, "depth_end", quality->termination > 0.0 ? -log(quality->termination) : FLT_MAX);
+    vr_buffer_use(vr_residency_pages(residency), context, UNIT_PAGES);
+    vr_buffer_use(&vr_residency_macrocells(residency)->buffer, context, UNIT_MACROCELLS);
+    gl->ActiveTexture(GL_TEXTURE0 + UNIT_ATLAS);
+    gl->BindTexture(GL_TEXTURE_3D, vr_residency_atlas(residency)->texture);
+    result = draw_parts(context, &setter, (uint64_t)ceil(most / STEPS_A_PASS), image, report, err);
+    gl->BindTexture(GL_TEXTURE_3D, 0);
+done:
+    gl->UseProgram(0);
+    vr_transfer_table_finish(&table);
+    return result;
+}

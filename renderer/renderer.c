@@ -1,0 +1,124 @@
+/* The renderer: a context, what is resident in it, and the methods that draw from there.
+ *
+ * The context is current only inside the functions here, so that several renderers, through EGL and OSMesa,
+ * can take turns in one thread. */
+#include <renderer/renderer.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "context.h"
+#include "raycast.h"
+#include "residency.h"
+
+struct vr_renderer {
+    const struct brick_volume *volume;
+    struct vr_context *context;
+    struct brick_pool *pool;
+    struct vr_residency *residency;
+    struct vr_raycast raycast;
+};
+
+int vr_renderer_create(struct vr_renderer **out, const struct brick_volume *volume,
+                       const struct vr_renderer_params *params, struct brick_error *err)
+{
+    int result;
+    struct vr_renderer *r = calloc(1, sizeof *r);
+    *out = NULL;
+    if (!r)
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the renderer");
+    r->volume = volume;
+    if ((result = brick_pool_create(&r->pool, params->threads, err)) ||
+        (result = vr_context_create(&r->context, params->context, err)) ||
+        (result = vr_context_bind(r->context, err)))
+        goto fail;
+    result = vr_residency_create(&r->residency, r->context, volume, params->gpu_cache_bytes, r->pool, err);
+    vr_context_unbind(r->context);
+    if (result)
+        goto fail;
+    *out = r;
+    return BRICK_OK;
+fail:
+    vr_renderer_destroy(&r);
+    return result;
+}
+
+void vr_renderer_destroy(struct vr_renderer **renderer)
+{
+    struct vr_renderer *r = *renderer;
+    if (!r)
+        return;
+    if (r->residency && vr_context_bind(r->context, NULL) == BRICK_OK) {
+        vr_raycast_finish(&r->raycast, r->context);
+        vr_residency_destroy(&r->residency);
+        vr_context_unbind(r->context);
+    }
+    vr_context_destroy(&r->context);
+    brick_pool_destroy(&r->pool);
+    free(r);
+    *renderer = NULL;
+}
+
+static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene,
+                       const struct vr_quality *quality, const struct brick_image *image,
+                       struct brick_error *err)
+{
+    const struct brick_grid *grid = brick_volume_grid(r->volume);
+    if ((unsigned)scene->mode > BRICK_MODE_MIP)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "mode %d does not exist", (int)scene->mode);
+    if (scene->mode != BRICK_MODE_ISO && !scene->transfer)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "this mode needs a transfer function");
+    if (scene->mode == BRICK_MODE_ISO && !isfinite(scene->isovalue))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "the isovalue is not finite");
+    if (scene->level >= grid->levels)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "level %u does not exist; the volume has %u", scene->level,
+                          grid->levels);
+    if (scene->width != image->width || scene->height != image->height || !image->rgba)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "the image has %u x %u pixels, the scene %u x %u",
+                          image->width, image->height, scene->width, scene->height);
+    if (!(quality->step_vox > 0.0) || !isfinite(quality->step_vox))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g voxels; it must be above 0",
+                          quality->step_vox);
+    if (!(quality->termination >= 0.0 && quality->termination < 1.0))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "a termination at %g; it must be in [0, 1)",
+                          quality->termination);
+    return BRICK_OK;
+}
+
+static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, const struct vr_quality *quality,
+                        struct brick_image *image, struct vr_report *report, struct brick_error *err)
+{
+    const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
+    struct vr_residency_counters counters;
+    struct vr_report drawn = {0};
+    int result = vr_residency_update(r->residency, &query, &scene->camera, &counters, err);
+    if (result)
+        return result;
+    uint64_t start_ns = brick_now_ns();
+    result =
+        vr_raycast_draw(&r->raycast, r->context, r->volume, r->residency, scene, quality, image, &drawn, err);
+    if (result || !report)
+        return result;
+    *report = drawn;
+    report->bricks_total = counters.bricks_total;
+    report->bricks_active = counters.bricks_active;
+    report->bricks_loaded = counters.bricks_loaded;
+    report->bytes_read = counters.bytes_read;
+    report->gpu_cache_bytes = counters.cache_bytes;
+    report->gpu_cache_peak_bytes = counters.cache_peak_bytes;
+    report->seconds_frame = 1e-9 * (double)(brick_now_ns() - start_ns);
+    snprintf(report->gl_renderer, sizeof report->gl_renderer, "%s", r->context->renderer);
+    return BRICK_OK;
+}
+
+int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
+              struct brick_image *image, struct vr_report *report, struct brick_error *err)
+{
+    int result = check_scene(renderer, scene, quality, image, err);
+    if (result || (result = vr_context_bind(renderer->context, err)))
+        return result;
+    result = render_bound(renderer, scene, quality, image, report, err);
+    vr_context_unbind(renderer->context);
+    return result;
+}

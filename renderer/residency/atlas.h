@@ -1,0 +1,42 @@
+/* The atlas: the GPU cache texture, a 3D texture of equal slots, each room for one stored brick of any level.
+ */
+#ifndef RENDERER_RESIDENCY_ATLAS_H
+#define RENDERER_RESIDENCY_ATLAS_H
+
+#include <brick/grid.h>
+
+#include "context.h"
+
+/* A texture takes no more than this, whatever the budget: what drivers still allocate in one piece. */
+#define VR_ATLAS_MAX_BYTES (UINT64_C(1700) << 20)
+/* Page table entries hold a slot's place in 8 bits an axis. */
+#define VR_ATLAS_MAX_SLOTS 255
+
+struct vr_atlas {
+    GLuint texture;
+    GLenum format, type; /* of uploads */
+    int slot_size[3];    /* voxels: a stored brick of level 0, the largest */
+    int slots[3];
+    uint32_t count; /* slots[0] * slots[1] * slots[2] */
+    uint64_t slot_bytes;
+};
+
+/* Arrange at least `want` slots in as little as possible, or, when that is above `most`, as many as `most`
+ * allows. False when not one slot fits. limit: slots that fit the texture on each axis. */
+bool vr_atlas_arrange(uint64_t want, uint64_t most, const int limit[3], int slots[3]);
+
+/* Bytes of cache that `bricks` slots of this grid need; 0 when no texture can hold so many. */
+uint64_t vr_atlas_bytes_for(const struct vr_context *context, const struct brick_grid *grid, uint64_t bricks);
+
+/* Slots for every brick of level 0, or as many as budget_bytes holds. BRICK_ERR_MEMORY when that is not one.
+ * The context is bound. */
+int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const struct brick_grid *grid,
+                  uint64_t budget_bytes, struct brick_error *err);
+void vr_atlas_finish(struct vr_atlas *atlas, struct vr_context *context);
+
+void vr_atlas_slot_place(const struct vr_atlas *atlas, uint32_t slot, uint32_t at[3]);
+/* stored: the brick's voxels on each axis, at most slot_size. */
+void vr_atlas_upload(const struct vr_atlas *atlas, struct vr_context *context, uint32_t slot,
+                     const uint32_t stored[3], const void *voxels);
+
+#endif

@@ -1,0 +1,257 @@
+/* The picture depends on the volume and the scene only: the same bytes for every brick edge, with and without
+ * skipping, through EGL and OSMesa; rays along brick faces, edges and through corners, and from inside,
+ * included. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gl_scene.h"
+
+#define NX   70
+#define NY   61
+#define NZ   83
+#define EDGE 64
+
+static const uint32_t edges[] = {16, 32, 64};
+static const struct brick_transfer_point points[] = {
+    {150, 0.2, 0.1, 0.1, 0.0}, {300, 0.9, 0.3, 0.1, 0.1}, {300, 0.1, 0.9, 0.1, 0.02}, {900, 1, 1, 0.9, 0.7}};
+
+/* Blobs in empty space, with some noise: much to skip, and ranges that touch thresholds. */
+static double blobs(int x, int y, int z)
+{
+    double v = 1100.0 * sin(0.11 * x + 0.3) * sin(0.13 * y) * cos(0.09 * z) - 150.0;
+    return v < 0.0 ? 0.0 : v + (double)(noise64(3, (uint64_t)((z * NY + y) * NX + x)) % 40);
+}
+
+static void camera_of(int view, const struct brick_grid *grid, struct brick_camera *camera)
+{
+    /* Parallel, a pixel a voxel, pixel centres at whole voxels: rays in the planes x = n, z = m, where cells
+     * and bricks meet. */
+    static const double look[3] = {32.5, 30.0, 32.5};
+    brick_camera_orbit(camera, grid, 35, 25, 0, 0, 1.0);
+    switch (view) {
+    case 0: /* oblique */
+        break;
+    case 1: /* along the bricks' edges, each way */
+    case 2:
+        brick_camera_orbit(camera, grid, view == 1 ? 0 : 90, 0, 0, EDGE, 1.0);
+        for (int a = 0; a < 3; a++) {
+            camera->eye_mm[a] = look[a] + (a == (view == 1 ? 1 : 0) ? -200.0 : 0.0);
+            camera->look_mm[a] = look[a];
+        }
+        break;
+    case 3: /* in faces and through corners, diagonally */
+        for (int a = 0; a < 3; a++) {
+            camera->eye_mm[a] = 32.0 + (a < 2 ? -100.0 : 0.0);
+            camera->look_mm[a] = 32.0;
+        }
+        camera->ortho_height_mm = EDGE;
+        camera->up[0] = camera->up[1] = 0.0, camera->up[2] = 1.0;
+        break;
+    case 4: /* the space diagonal through the corners */
+        for (int a = 0; a < 3; a++) {
+            camera->eye_mm[a] = -100.0;
+            camera->look_mm[a] = 32.0;
+        }
+        camera->ortho_height_mm = 1.4 * EDGE;
+        break;
+    default: /* inside, at a brick's corner */
+        for (int a = 0; a < 3; a++) {
+            camera->eye_mm[a] = 32.0;
+            camera->look_mm[a] = a == 1 ? 0.0 : 32.0;
+        }
+        camera->fov_deg = 110.0;
+    }
+}
+
+#define VIEWS 6
+
+/* Images of every mode and view, skipping or not, in one renderer, against those of the first. */
+static void compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
+                        const struct brick_transfer *transfer, double isovalue, double step, bool skip,
+                        struct brick_image *images, bool first, const char *what)
+{
+    for (int mode = 0; mode < 4; mode++)
+        for (int view = 0; view < VIEWS; view++) {
+            struct vr_scene scene = vr_scene_defaults;
+            struct vr_quality quality = vr_quality_defaults;
+            struct brick_image image;
+            struct vr_report report;
+            char line[160];
+            scene.mode = (enum brick_mode)mode;
+            scene.transfer = transfer;
+            scene.isovalue = isovalue;
+            scene.width = scene.height = EDGE;
+            quality.step_vox = step;
+            quality.skip = skip;
+            camera_of(view, grid, &scene.camera);
+            render(renderer, &scene, &quality, &image, &report);
+            assert_true(report.bricks_active <= report.bricks_total);
+            if (first) {
+                double sum = 0.0;
+                for (int i = 0; i < EDGE * EDGE; i++)
+                    sum += (double)image.rgba[4 * i + 3];
+                if (!(sum > 5.0) || !isfinite(sum))
+                    fail_msg("%s, mode %d, view %d: nothing in the picture", what, mode, view);
+                images[mode * VIEWS + view] = image;
+                continue;
+            }
+            snprintf(line, sizeof line, "%s, mode %d, view %d, step %g", what, mode, view, step);
+            assert_same_image(&image, &images[mode * VIEWS + view], line);
+            brick_image_finish(&image);
+        }
+}
+
+/* Rays too long for one pass: where a pass ends depends on bricks and skipping, the picture does not. */
+static void test_passes(void **state)
+{
+    (void)state;
+    enum { LENGTH = 9001 };
+    static uint16_t voxels[3 * 2 * LENGTH];
+    struct memory_source source;
+    struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
+    struct brick_image images[4] = {{0}};
+    bool first = true;
+    for (int i = 0; i < 3 * 2 * LENGTH; i++) {
+        double v = i / 6 < 7000 ? 0.0 : 400.0 * sin(i / 6 * 0.013) + (double)(noise64(9, (uint64_t)i) % 64);
+        voxels[i] = (uint16_t)(v < 0.0 ? 0.0 : v);
+    }
+    memory_source_init(&source, BRICK_U16, 3, 2, LENGTH, voxels);
+    for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
+        struct brick_volume *volume = volume_of(&source, edges[e]);
+        struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
+        for (int run = 0; renderer && run < 8; run++) {
+            int mode = run / 2;
+            struct vr_scene scene = vr_scene_defaults;
+            struct vr_quality quality = vr_quality_defaults;
+            struct brick_image image;
+            struct vr_report report;
+            char line[120];
+            scene.mode = (enum brick_mode)mode;
+            scene.transfer = transfer;
+            scene.isovalue = 350.25;
+            scene.width = scene.height = 5;
+            scene.camera = (struct brick_camera){.eye_mm = {1.02, 0.51, -10},
+                                                 .look_mm = {1.0, 0.5, LENGTH},
+                                                 .up = {0, 1, 0},
+                                                 .ortho_height_mm = 1.5};
+            quality.step_vox = 0.37;
+            quality.skip = run & 1;
+            render(renderer, &scene, &quality, &image, &report);
+            assert_true(report.passes > 10);
+            snprintf(line, sizeof line, "long rays, bricks of %u, mode %d, skipping %d", edges[e], mode,
+                     run & 1);
+            if (first && !(run & 1)) {
+                assert_true(image.rgba[4 * 12 + 3] > 0.1f);
+                images[mode] = image;
+                continue;
+            }
+            assert_same_image(&image, &images[mode], line);
+            brick_image_finish(&image);
+        }
+        first = first && !renderer;
+        vr_renderer_destroy(&renderer);
+        brick_volume_close(&volume);
+    }
+    for (int i = 0; i < 4; i++)
+        brick_image_finish(&images[i]);
+    brick_transfer_destroy(&transfer);
+    if (first)
+        skip();
+}
+
+static void check(enum brick_type type, const void *voxels, double isovalue, double step)
+{
+    struct memory_source source;
+    struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
+    struct brick_image images[4 * VIEWS] = {{0}};
+    bool first = true;
+    static const enum vr_context_kind kinds[] = {VR_CONTEXT_EGL, VR_CONTEXT_OSMESA};
+    static const char *const names[] = {"EGL", "OSMesa"};
+    memory_source_init(&source, type, NX, NY, NZ, voxels);
+    for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
+        struct brick_volume *volume = volume_of(&source, edges[e]);
+        for (int c = 0; c < 2; c++) {
+            struct vr_renderer *renderer = c == 0 || e == 0 ? try_renderer(volume, kinds[c]) : NULL;
+            for (int skip_blocks = 0; renderer && skip_blocks < 2; skip_blocks++) {
+                char what[80];
+                snprintf(what, sizeof what, "%s, bricks of %u, skipping %d", names[c], edges[e], skip_blocks);
+                compare_all(renderer, brick_volume_grid(volume), transfer, isovalue, step, skip_blocks,
+                            images, first, what);
+                first = false;
+            }
+            vr_renderer_destroy(&renderer);
+        }
+        brick_volume_close(&volume);
+    }
+    for (int i = 0; i < 4 * VIEWS; i++)
+        brick_image_finish(&images[i]);
+    brick_transfer_destroy(&transfer);
+    if (first)
+        skip();
+}
+
+static void test_i16(void **state)
+{
+    (void)state;
+    static int16_t voxels[NX * NY * NZ];
+    for (int i = 0; i < NX * NY * NZ; i++)
+        voxels[i] = (int16_t)blobs(i % NX, i / NX % NY, i / NX / NY);
+    check(BRICK_I16, voxels, 300.0, 0.5);
+    check(BRICK_I16, voxels, 300.5, 2.7);
+}
+
+static void test_u8(void **state)
+{
+    (void)state;
+    static uint8_t voxels[NX * NY * NZ];
+    for (int i = 0; i < NX * NY * NZ; i++)
+        voxels[i] = (uint8_t)(blobs(i % NX, i / NX % NY, i / NX / NY) / 4.0);
+    check(BRICK_U8, voxels, 180.0, 1.0);
+}
+
+static void test_f32(void **state)
+{
+    (void)state;
+    static float voxels[NX * NY * NZ];
+    for (int i = 0; i < NX * NY * NZ; i++)
+        voxels[i] = (float)(blobs(i % NX, i / NX % NY, i / NX / NY) * 1.234567);
+    check(BRICK_F32, voxels, 300.123, 0.5);
+}
+
+/* Single voxels, a whole brick and a plane that are not finite. */
+static void test_nonfinite(void **state)
+{
+    (void)state;
+    static float voxels[NX * NY * NZ];
+    for (int i = 0; i < NX * NY * NZ; i++) {
+        int x = i % NX, y = i / NX % NY, z = i / NX / NY;
+        voxels[i] = (float)blobs(x, y, z);
+        if (noise64(5, (uint64_t)i) % 300 == 0 || z == 31 || (x < 20 && y < 20 && z < 20))
+            voxels[i] = i % 3 == 0 ? NAN : i % 3 == 1 ? INFINITY : -INFINITY;
+    }
+    check(BRICK_F32, voxels, 300.0, 0.5);
+    /* Columns that end a voxel before a brick's face, and a plane of NaN behind it in bricks that are
+     * otherwise wholly below: a step leads from above straight into it. */
+    for (int i = 0; i < NX * NY * NZ; i++) {
+        int x = i % NX, y = i / NX % NY, z = i / NX / NY;
+        voxels[i] = x == 33 ? NAN : x < 31 && ((y >> 3) + (z >> 3)) % 2 ? 1000.0f : 0.0f;
+    }
+    check(BRICK_F32, voxels, 300.0, 2.7);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_i16),       cmocka_unit_test(test_u8),     cmocka_unit_test(test_f32),
+        cmocka_unit_test(test_nonfinite), cmocka_unit_test(test_passes),
+    };
+    return cmocka_run_group_tests_name("raycast_invariance", tests, NULL, NULL);
+}

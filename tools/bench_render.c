@@ -1,0 +1,178 @@
+/* Why: seconds per frame of every mode, one after the other in one process on one renderer. The first frame
+ * of a mode loads bricks and compiles shaders; it is shown apart from the median of the frames after it. */
+#include <stdio.h>
+
+#include <cjson/cJSON.h>
+#include <renderer/renderer.h>
+
+#include "bench.h"
+#include "message.h"
+#include "options.h"
+#include "transfer.h"
+
+#define COMMAND "bench render"
+#define MODES   4
+
+struct request {
+    const char *tf;
+    uint32_t size[2], frames;
+    double orbit[2];
+    struct vr_scene scene;
+    struct vr_quality quality;
+    struct vr_renderer_params renderer;
+    int context;
+    bool has_iso, json;
+};
+
+struct result {
+    double first;
+    struct bench_spread frame;
+    struct vr_report report;
+};
+
+static const char *const mode_names[MODES] = {"dvr", "shaded", "iso", "mip"};
+static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
+
+static int measure(struct vr_renderer *renderer, const struct vr_scene *scene,
+                   const struct vr_quality *quality, uint32_t frames, struct result *result,
+                   struct brick_error *err)
+{
+    struct brick_image image = {0};
+    double seconds[BENCH_REPEAT_MAX];
+    int code = brick_image_init(&image, scene->width, scene->height, err);
+    for (uint32_t i = 0; i <= frames && !code; i++) {
+        code = vr_render(renderer, scene, quality, &image, &result->report, err);
+        if (i)
+            seconds[i - 1] = result->report.seconds_frame;
+        else
+            result->first = result->report.seconds_frame;
+    }
+    brick_image_finish(&image);
+    if (!code)
+        result->frame = bench_spread(seconds, frames);
+    return code;
+}
+
+static int measure_all(const struct request *request, const struct brick_volume *volume,
+                       struct result results[MODES], struct brick_error *err)
+{
+    struct vr_scene scene = request->scene;
+    struct brick_transfer *transfer = NULL;
+    struct vr_renderer *renderer = NULL;
+    double range[2];
+
+    scene.width = request->size[0];
+    scene.height = request->size[1];
+    brick_volume_value_range(volume, range);
+    if (!request->has_iso)
+        scene.isovalue = (range[0] + range[1]) / 2;
+    brick_camera_orbit(&scene.camera, brick_volume_grid(volume), request->orbit[0], request->orbit[1], 0, 0,
+                       (double)scene.width / scene.height);
+    int code = tool_transfer_load(&transfer, request->tf, volume, err);
+    if (!code)
+        code = vr_renderer_create(&renderer, volume, &request->renderer, err);
+    for (int mode = 0; mode < MODES && !code; mode++) {
+        scene.mode = (enum brick_mode)mode;
+        scene.transfer = mode == BRICK_MODE_ISO && !request->tf ? NULL : transfer;
+        code = measure(renderer, &scene, &request->quality, request->frames, &results[mode], err);
+    }
+    vr_renderer_destroy(&renderer);
+    brick_transfer_destroy(&transfer);
+    return code;
+}
+
+static void print_text(const struct request *request, const struct result results[MODES])
+{
+    printf("%ux%u, step %g, %u frames, %s\n", request->size[0], request->size[1], request->quality.step_vox,
+           request->frames, results[0].report.gl_renderer);
+    printf("%-8s %10s %10s %10s %10s %14s %16s\n", "mode", "median s", "min s", "max s", "first s", "bricks",
+           "samples");
+    for (int mode = 0; mode < MODES; mode++) {
+        const struct result *r = &results[mode];
+        printf("%-8s %10.4f %10.4f %10.4f %10.4f %6llu/%-7llu %16llu\n", mode_names[mode], r->frame.median,
+               r->frame.min, r->frame.max, r->first, (unsigned long long)r->report.bricks_active,
+               (unsigned long long)r->report.bricks_total, (unsigned long long)r->report.samples);
+    }
+}
+
+static int print_json(const struct request *request, const struct result results[MODES])
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddNumberToObject(json, "width", request->size[0]);
+    cJSON_AddNumberToObject(json, "height", request->size[1]);
+    cJSON_AddNumberToObject(json, "step", request->quality.step_vox);
+    cJSON_AddNumberToObject(json, "frames", request->frames);
+    cJSON_AddStringToObject(json, "gl_renderer", results[0].report.gl_renderer);
+    for (int mode = 0; mode < MODES; mode++) {
+        cJSON *object = cJSON_AddObjectToObject(json, mode_names[mode]);
+        cJSON_AddNumberToObject(object, "seconds_frame", results[mode].frame.median);
+        cJSON_AddNumberToObject(object, "seconds_min", results[mode].frame.min);
+        cJSON_AddNumberToObject(object, "seconds_max", results[mode].frame.max);
+        cJSON_AddNumberToObject(object, "seconds_first", results[mode].first);
+        cJSON_AddNumberToObject(object, "bricks_active", (double)results[mode].report.bricks_active);
+        cJSON_AddNumberToObject(object, "samples", (double)results[mode].report.samples);
+    }
+    return tool_json_print(COMMAND, json);
+}
+
+int bench_render(int argc, char **argv)
+{
+    struct request r = {
+        .size = {512, 512},
+        .frames = 5,
+        .scene = vr_scene_defaults,
+        .quality = vr_quality_defaults,
+        .renderer = vr_renderer_defaults,
+    };
+    int first = 0;
+    const struct tool_option options[] = {
+        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.frames,
+         .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "frames to take the median of (default 5)"},
+        {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
+         .help = "transfer function (default gray)"},
+        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.scene.isovalue, .given = &r.has_iso,
+         .help = "isovalue (default the middle of the range)"},
+        {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
+         .help = "pixels (default 512x512)"},
+        {"step", .value = "S", .parse = tool_parse_positive, .target = &r.quality.step_vox,
+         .help = "sampling distance in smallest voxel edges (default 0.5)"},
+        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
+         .help = "azimuth and elevation in degrees (default 0,0)"},
+        {"gpu-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.gpu_cache_bytes,
+         .help = "bytes of bricks in the GPU's memory"},
+        {"host-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.host_cache_bytes,
+         .help = "bytes of decoded bricks in memory"},
+        {"context", .value = "KIND", .parse = tool_parse_choice, .target = &r.context,
+         .limits = {.choices = contexts}, .help = "auto (default), egl or osmesa"},
+        TOOL_OPTION_THREADS(&r.renderer.threads),
+        TOOL_OPTION_JSON(&r.json),
+    };
+    const struct tool_usage usage = {
+        .command = COMMAND,
+        .arguments = "FILE [OPTIONS]",
+        .summary = "Seconds per frame in the modes dvr, shaded, iso and mip.",
+        .options = options,
+        .option_count = TOOL_COUNT(options),
+        .positional_min = 1,
+        .positional_max = 1,
+        .positional = "one FILE",
+    };
+    int code = tool_options(&usage, argc, argv, &first);
+    if (code >= 0)
+        return code;
+    r.renderer.context = (enum vr_context_kind)r.context;
+
+    struct result results[MODES] = {0};
+    struct brick_volume *volume = NULL;
+    struct brick_error err = {0};
+    code = brick_volume_open(&volume, argv[first], &err);
+    if (!code)
+        code = measure_all(&r, volume, results, &err);
+    brick_volume_close(&volume);
+    if (code)
+        return tool_fail(COMMAND, &err);
+    if (r.json)
+        return print_json(&r, results);
+    print_text(&r, results);
+    return 0;
+}

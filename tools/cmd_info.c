@@ -1,0 +1,47 @@
+/* Why: `brick info`: everything a .brick file knows about itself, gathered once (inventory.c) and printed as
+ * text or JSON. Only tables are read, no bricks. */
+#include "command.h"
+#include "inventory.h"
+#include "message.h"
+#include "options.h"
+
+int cmd_info(int argc, char **argv)
+{
+    bool json = false, bricks = false;
+    const char *tf = NULL;
+    int first = 0;
+    const struct tool_option options[] = {
+        TOOL_OPTION_JSON(&json),
+        {"bricks", .target = &bricks, .help = "list every brick as well"},
+        {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &tf,
+         .help = "say what share of level 0 a transfer function\nmakes visible"},
+    };
+    const struct tool_usage usage = {
+        .command = "info",
+        .arguments = "FILE [OPTIONS]",
+        .summary = "Say what is in a .brick file.",
+        .options = options,
+        .option_count = TOOL_COUNT(options),
+        .positional_min = 1,
+        .positional_max = 1,
+        .positional = "one FILE",
+    };
+    int code = tool_options(&usage, argc, argv, &first);
+    if (code >= 0)
+        return code;
+
+    struct brick_volume *volume = NULL;
+    struct inventory inventory = {0};
+    struct brick_error err = {0};
+    code = brick_volume_open(&volume, argv[first], &err);
+    if (!code)
+        code = inventory_init(&inventory, volume, tf, &err);
+    if (code)
+        code = tool_fail("info", &err);
+    else if (json)
+        code = inventory_print_json(&inventory, bricks);
+    else
+        inventory_print_text(&inventory, bricks);
+    brick_volume_close(&volume);
+    return code;
+}

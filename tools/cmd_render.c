@@ -1,0 +1,258 @@
+/* Why: `brick render`: from a .brick file to pictures. Everything that can be checked without the volume is
+ * checked before it is opened, so that a typing mistake costs no render. */
+#include <stdio.h>
+#include <string.h>
+
+#include <brick/threads.h>
+#include <cjson/cJSON.h>
+#include <formats/formats.h>
+#include <renderer/renderer.h>
+
+#include "command.h"
+#include "message.h"
+#include "options.h"
+#include "transfer.h"
+
+enum { METHOD_RAYCAST, METHOD_EXACT };
+
+struct request {
+    struct tool_list outputs;
+    const char *tf;
+    struct vr_scene scene;
+    struct vr_quality quality;
+    struct vr_renderer_params renderer;
+    struct fmt_image_params image;
+    int mode, method, context;
+    double orbit[2], eye[3], look[3], up[3], fov, ortho;
+    bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
+    bool has_step, has_termination, has_refinements, has_cache, has_context;
+    bool no_skip, json, quiet;
+};
+
+/* Mode and context are in the order of their enums. */
+static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
+static const char *const methods[] = {"raycast", "exact", NULL};
+static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
+static const char *const filters[] = {"exact", NULL};
+
+/* -1, or the exit code of a usage error. */
+static int check_request(const struct request *request)
+{
+    bool iso = request->mode == BRICK_MODE_ISO;
+    if (!request->outputs.count)
+        return tool_misuse("render", "no output: -o IMG.exr or IMG.png");
+    if (iso && !request->has_iso)
+        return tool_misuse("render", "--mode iso needs --iso V");
+    if (!iso && request->has_iso)
+        return tool_misuse("render", "--iso goes with --mode iso");
+    if (!iso && request->has_refinements)
+        return tool_misuse("render", "--refinements goes with --mode iso");
+    if (request->has_camera && (request->has_eye || request->has_look || request->has_up))
+        return tool_misuse("render", "--camera goes without --eye, --look and --up");
+    if (!request->has_eye && (request->has_look || request->has_up))
+        return tool_misuse("render", "--look and --up go with --eye");
+    if (request->has_fov && request->has_ortho)
+        return tool_misuse("render", "--fov and --ortho exclude each other");
+    if (request->method == METHOD_EXACT) {
+        if (request->mode != BRICK_MODE_DVR)
+            return tool_misuse("render", "--method exact renders --mode dvr only");
+        if (request->has_step || request->has_termination || request->no_skip)
+            return tool_misuse("render", "--method exact has no --step, --termination or --no-skip");
+        if (request->has_cache || request->has_context)
+            return tool_misuse("render", "--method exact runs on the CPU, without --gpu-cache and --context");
+    }
+    return -1;
+}
+
+static void place_camera(const struct request *request, const struct brick_grid *grid,
+                         struct brick_camera *camera)
+{
+    double aspect = (double)request->scene.width / request->scene.height;
+    brick_camera_orbit(camera, grid, request->orbit[0], request->orbit[1], request->fov, request->ortho,
+                       aspect);
+    if (!request->has_eye)
+        return;
+    memcpy(camera->eye_mm, request->eye, sizeof camera->eye_mm);
+    if (request->has_look)
+        memcpy(camera->look_mm, request->look,
+               sizeof camera->look_mm); /* else the box's centre, from the orbit */
+    memcpy(camera->up, request->up, sizeof camera->up);
+}
+
+static int make_image(const struct request *request, const struct brick_volume *volume,
+                      struct brick_image *image, struct vr_report *report, struct brick_error *err)
+{
+    struct vr_scene scene = request->scene;
+    struct brick_transfer *transfer = NULL;
+    struct vr_renderer *renderer = NULL;
+
+    scene.mode = (enum brick_mode)request->mode;
+    place_camera(request, brick_volume_grid(volume), &scene.camera);
+    int code = 0;
+    /* An isosurface without --tf keeps its plain colour. */
+    if (scene.mode != BRICK_MODE_ISO || request->tf)
+        code = tool_transfer_load(&transfer, request->tf, volume, err);
+    scene.transfer = transfer;
+    if (!code)
+        code = brick_image_init(image, scene.width, scene.height, err);
+    if (!code && request->method == METHOD_EXACT) {
+        struct vr_exact_params params = vr_exact_defaults;
+        params.host_cache_bytes = request->renderer.host_cache_bytes;
+        params.threads = request->renderer.threads;
+        code = vr_render_exact(volume, &scene, &params, image, report, err);
+    } else if (!code) {
+        code = vr_renderer_create(&renderer, volume, &request->renderer, err);
+        if (!code)
+            code = vr_render(renderer, &scene, &request->quality, image, report, err);
+    }
+    vr_renderer_destroy(&renderer);
+    brick_transfer_destroy(&transfer);
+    return code;
+}
+
+static int print_json(const struct vr_report *report, double seconds)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddNumberToObject(json, "seconds_total", seconds);
+    cJSON_AddNumberToObject(json, "seconds_frame", report->seconds_frame);
+    cJSON_AddNumberToObject(json, "passes", (double)report->passes);
+    cJSON_AddNumberToObject(json, "bricks_total", (double)report->bricks_total);
+    cJSON_AddNumberToObject(json, "bricks_active", (double)report->bricks_active);
+    cJSON_AddNumberToObject(json, "bricks_loaded", (double)report->bricks_loaded);
+    cJSON_AddNumberToObject(json, "bytes_read", (double)report->bytes_read);
+    cJSON_AddNumberToObject(json, "gpu_cache_bytes", (double)report->gpu_cache_bytes);
+    cJSON_AddNumberToObject(json, "gpu_cache_peak_bytes", (double)report->gpu_cache_peak_bytes);
+    cJSON_AddNumberToObject(json, "samples", (double)report->samples);
+    cJSON_AddStringToObject(json, "gl_renderer", report->gl_renderer);
+    cJSON_AddNumberToObject(json, "peak_rss_bytes", (double)brick_peak_rss_bytes());
+    return tool_json_print("render", json);
+}
+
+static int render(const struct request *request, const char *path)
+{
+    struct brick_volume *volume = NULL;
+    struct brick_image image = {0};
+    struct vr_report report = {0};
+    struct brick_error err = {0};
+    uint64_t start_ns = brick_now_ns();
+
+    int code = 0;
+    for (size_t i = 0; i < request->outputs.count && !code; i++)
+        code = fmt_image_check_path(request->outputs.item[i], &err);
+    if (!code)
+        code = brick_volume_open(&volume, path, &err);
+    if (!code && !brick_volume_stats(volume)->count && !request->quiet)
+        tool_note("render", "%s: no voxel is finite, the picture is empty", path);
+    if (!code)
+        code = make_image(request, volume, &image, &report, &err);
+    for (size_t i = 0; i < request->outputs.count && !code; i++)
+        code = fmt_image_write(request->outputs.item[i], &image, &request->image, &err);
+    double seconds = 1e-9 * (double)(brick_now_ns() - start_ns);
+    if (code) {
+        code = tool_fail("render", &err);
+    } else {
+        if (!request->quiet)
+            fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s\n",
+                    request->outputs.item[0], modes[request->mode], (unsigned long long)report.bricks_active,
+                    (unsigned long long)report.bricks_total, report.seconds_frame, seconds,
+                    report.gl_renderer[0] ? ", " : "", report.gl_renderer);
+        if (request->json)
+            code = print_json(&report, seconds);
+    }
+    brick_image_finish(&image);
+    brick_volume_close(&volume);
+    return code;
+}
+
+int cmd_render(int argc, char **argv)
+{
+    struct request r = {
+        .scene = vr_scene_defaults,
+        .quality = vr_quality_defaults,
+        .renderer = vr_renderer_defaults,
+        .image = fmt_image_defaults,
+        .up = {0, 0, 1},
+    };
+    uint32_t size[2] = {512, 512};
+    int filter = 0, first = 0;
+
+    const struct tool_option options[] = {
+        {"output", .letter = 'o', .value = "IMG", .parse = tool_parse_list, .target = &r.outputs,
+         .help = "picture to write (required): .exr or .png; several are\none render"},
+        {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
+         .help = "transfer function: ct-bone, ct-skin, mri, gray (default),\nor a JSON file"},
+        {"mode", .value = "MODE", .parse = tool_parse_choice, .target = &r.mode, .limits = {.choices = modes},
+         .help = "dvr (default), shaded, iso or mip"},
+        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.scene.isovalue, .given = &r.has_iso,
+         .help = "isovalue, physical"},
+        {"size", .value = "WxH", .parse = tool_parse_picture, .target = size,
+         .help = "pixels (default 512x512)"},
+        {"step", .value = "S", .parse = tool_parse_positive, .target = &r.quality.step_vox,
+         .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
+        {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
+         .limits = {.choices = methods},
+         .help = "raycast (default), or exact: the integral itself,\nright to 1e-10, for dvr, on the CPU"},
+        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit, .given = &r.has_camera,
+         .help = "azimuth and elevation in degrees (default 0,0: from\nthe front)"},
+        {"eye", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.eye, .given = &r.has_eye,
+         .help = "the eye in mm, LPS"},
+        {"look", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.look, .given = &r.has_look,
+         .help = "point looked at (default the centre)"},
+        {"up", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.up, .given = &r.has_up,
+         .help = "direction that is up in the picture (default 0,0,1)"},
+        {"fov", .value = "D", .parse = tool_parse_real, .target = &r.fov, .given = &r.has_fov,
+         .limits = {.min = 0.001, .max = 179}, .help = "vertical opening in degrees (default 30)"},
+        {"ortho", .value = "H", .parse = tool_parse_positive, .target = &r.ortho, .given = &r.has_ortho,
+         .help = "parallel projection, the picture H mm high"},
+        {"level", .value = "L", .parse = tool_parse_u32, .target = &r.scene.level,
+         .help = "level to render; 0 is full resolution (default)"},
+        {"termination", .value = "T", .parse = tool_parse_real, .target = &r.quality.termination,
+         .given = &r.has_termination, .limits = {.min = 0, .max = 1},
+         .help = "end a ray when less than T gets through (default 1e-4)"},
+        {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
+         .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
+        {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
+        {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &filter,
+         .limits = {.choices = filters}, .help = "exact: trilinear in float32 by eight fetches"},
+        {"ambient", .value = "K", .parse = tool_parse_real, .target = &r.scene.ambient,
+         .limits = {.min = 0, .max = 1e6}, .help = "shading (default 0.2)"},
+        {"diffuse", .value = "K", .parse = tool_parse_real, .target = &r.scene.diffuse,
+         .limits = {.min = 0, .max = 1e6}, .help = "shading (default 0.7)"},
+        {"specular", .value = "K", .parse = tool_parse_real, .target = &r.scene.specular,
+         .limits = {.min = 0, .max = 1e6}, .help = "shading (default 0.3)"},
+        {"shininess", .value = "N", .parse = tool_parse_real, .target = &r.scene.shininess,
+         .limits = {.min = 0, .max = 1e6}, .help = "shading (default 20)"},
+        {"background", .value = "R,G,B", .parse = tool_parse_triple, .target = r.image.background,
+         .limits = {.min = 0, .max = 1}, .help = "PNG: linear colour behind (default 0,0,0)"},
+        {"gpu-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.gpu_cache_bytes,
+         .given = &r.has_cache, .help = "bytes of bricks in the GPU's memory, such as 256M"},
+        {"host-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.host_cache_bytes,
+         .help = "bytes of decoded bricks in memory, such as 1G"},
+        {"context", .value = "KIND", .parse = tool_parse_choice, .target = &r.context,
+         .given = &r.has_context, .limits = {.choices = contexts}, .help = "auto (default), egl or osmesa"},
+        TOOL_OPTION_THREADS(&r.renderer.threads),
+        TOOL_OPTION_JSON(&r.json),
+        TOOL_OPTION_QUIET(&r.quiet),
+    };
+    const struct tool_usage usage = {
+        .command = "render",
+        .arguments = "FILE -o IMG [OPTIONS]",
+        .summary = "Make a picture of a .brick file. EXR holds premultiplied linear RGBA in float32;\n"
+                   "PNG is that over the background, in sRGB.",
+        .options = options,
+        .option_count = TOOL_COUNT(options),
+        .positional_min = 1,
+        .positional_max = 1,
+        .positional = "one FILE",
+    };
+    int code = tool_options(&usage, argc, argv, &first);
+    if (code < 0)
+        code = check_request(&r);
+    if (code >= 0)
+        return code;
+    r.scene.width = size[0];
+    r.scene.height = size[1];
+    r.quality.skip = !r.no_skip;
+    r.renderer.context = (enum vr_context_kind)r.context;
+    return render(&r, argv[first]);
+}
