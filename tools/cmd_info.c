@@ -7,12 +7,13 @@
 
 int cmd_info(int argc, char **argv)
 {
-    bool json = false, bricks = false;
+    bool json = false, bricks = false, log_scale = false;
     const char *tf = NULL;
     int first = 0;
     const struct tool_option options[] = {
         TOOL_OPTION_JSON(&json),
         {"bricks", .target = &bricks, .help = "list every brick as well"},
+        {"log", .target = &log_scale, .help = "draw the histogram's bars on a logarithmic scale"},
         {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &tf,
          .help = "say what share of level 0 a transfer function\nmakes visible"},
     };
@@ -41,7 +42,7 @@ int cmd_info(int argc, char **argv)
     else if (json)
         code = inventory_print_json(&inventory, bricks);
     else
-        inventory_print_text(&inventory, bricks);
+        inventory_print_text(&inventory, bricks, log_scale);
     brick_volume_close(&volume);
     return code;
 }
