@@ -115,6 +115,7 @@ class Info(cli.Case):
         self.assertEqual(info["bricks_constant"], info["bricks"])
         self.assertEqual(info["range"], [9, 9])
         self.assertEqual(info["levels"][0]["payload_bytes"], 0)
+        self.assertEqual(set(info["active"]["bricks_crossed"]), {1})
         self.brick("info", "a.brick")
 
 

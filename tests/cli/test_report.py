@@ -193,9 +193,10 @@ class Report(cli.Case):
 
     def test_maps(self):
         """Bricks of 1, 2, 4, ... values, equally many of each, have 0, 1, 2, ... bits a voxel."""
-        for kind, scale in [("u8", 1), ("i16", -100), ("f32", 0.25)]:
+        for kind, scale, axes in [("u8", 1, "LPS"), ("i16", -100, "RPS"), ("f32", 0.25, "LPS")]:
             self.convert(kind, [scale * ((x + y + z) % 8 % 2 ** (x // 8)) for z in range(8) for y in range(8)
-                                for x in range(32)], (32, 8, 8), "--brick", "8", "--macrocell", "4")
+                                for x in range(32)], (32, 8, 8), "--brick", "8", "--macrocell", "4", "--axes",
+                         axes)
             page, info = self.report(), self.json("info", "a.brick", "--bricks")
             stops = [tuple(bytes.fromhex(c)) for c in re.findall("#(......)", page.find("style")[0]["text"].split(".ramp")[1])]
             colour = lambda t: [a + (t * 4 - min(3, int(t * 4))) * (b - a)
@@ -204,6 +205,8 @@ class Report(cli.Case):
             for within, shares in [("entropy", [0, 1 / 3, 2 / 3, 1]), ("compressibility", None)]:
                 width, height, channels, samples = page.pictures(within)[2]  # axial
                 self.assertEqual((width, height, channels), (4, 1, 4))
+                if axes[0] == "R":  # the brick with the highest x is on the left
+                    samples = b"".join(samples[4 * i:4 * i + 4] for i in (3, 2, 1, 0))
                 for brick in range(4):
                     constant = info["brick_list"][brick]["constant"]
                     self.assertEqual(samples[4 * brick + 3], 0 if constant else 255)
@@ -223,6 +226,13 @@ class Report(cli.Case):
         constant = [b["constant"] for b in self.json("info", "a.brick", "--bricks")["brick_list"][:8]]
         self.assertEqual(opacity, [0 if c else 255 for c in constant])
         self.assertIn(True, constant)
+
+    def test_equally_heavy(self):
+        self.brick("synth", "checker", "--size", "32x32x32", "--type", "u8", "--brick", "8", "-o", "a.brick", "--quiet")
+        page, bricks = self.report(), self.json("info", "a.brick", "--bricks")["brick_list"]
+        order = sorted(range(len(bricks)), key=lambda i: (-bricks[i]["bytes"], i))
+        self.assertEqual(bricks[order[0]]["bytes"], bricks[order[1]]["bytes"])
+        self.assertEqual([number(row[0]) for row in page.table("heaviest")], order[:20])
 
     def test_large_volume(self):
         """Pictures of what is too large come from a coarser level, maps from some of the bricks."""
