@@ -265,7 +265,8 @@ int survey_init(struct survey *survey, const struct brick_volume *volume, unsign
     const struct brick_grid *grid = brick_volume_grid(volume);
     struct work work = {.volume = volume, .progress = progress, .context = context};
     struct brick_pool *pool = NULL;
-    uint64_t most = WORKER_BYTES / (2 * brick_grid_max_payload_bytes(grid));
+    /* A brick and its payload, and those of a picture's row. */
+    uint64_t most = WORKER_BYTES / (4 * brick_grid_max_payload_bytes(grid));
     if (!threads)
         threads = brick_cores();
     if (threads > most)
