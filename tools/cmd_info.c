@@ -9,7 +9,7 @@
 
 int cmd_info(int argc, char **argv)
 {
-    bool json = false, bricks = false, log_scale = false, quiet = false;
+    bool json = false, bricks = false, macrocells = false, log_scale = false, quiet = false;
     const char *tf = NULL, *report = NULL;
     uint32_t threads = 0;
     int first = 0;
@@ -19,6 +19,8 @@ int cmd_info(int argc, char **argv)
         {"log", .target = &log_scale, .help = "draw the histogram's bars on a logarithmic scale"},
         {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &tf,
          .help = "say what share of level 0 a transfer function\nmakes visible"},
+        {"macrocells", .target = &macrocells,
+         .help = "with --tf: read the visible bricks and say what\nshare of their macrocells is visible"},
         {"report", .value = "OUT.html", .parse = tool_parse_text, .target = &report,
          .help = "write a page with slices, charts and tables as well;\nreads the bricks of three slices"},
         TOOL_OPTION_THREADS(&threads),
@@ -40,12 +42,15 @@ int cmd_info(int argc, char **argv)
     if (report && !tool_ends_in(report, ".html"))
         return tool_misuse("info", "--report %s: the name must end in .html", report);
 
+    if (macrocells && !tf)
+        return tool_misuse("info", "--macrocells goes with --tf");
+
     struct brick_volume *volume = NULL;
     struct inventory inventory = {0};
     struct brick_error err = {0};
     code = brick_volume_open(&volume, argv[first], &err);
     if (!code)
-        code = inventory_init(&inventory, volume, tf, &err);
+        code = inventory_init(&inventory, volume, tf, macrocells, threads, &err);
     if (!code && report)
         code = report_write(&inventory, report, threads, quiet, &err);
     if (code)

@@ -135,25 +135,24 @@ static void count_active(struct inventory *inventory)
     histogram_shares_above(inventory->volume, value, inventory->active.voxels, INVENTORY_SAMPLES);
 }
 
-static int count_visible(struct inventory *inventory, const char *tf, struct brick_error *err)
+static int count_visible(struct inventory *inventory, const char *tf, bool macrocells, uint32_t threads,
+                         struct brick_error *err)
 {
     struct brick_transfer *transfer = NULL;
-    uint8_t *states = malloc(inventory->level[0].bricks);
-    int code = states ? tool_transfer_load(&transfer, tf, inventory->volume, err)
-                      : brick_fail(err, BRICK_ERR_MEMORY, "no memory for %llu brick states",
-                                   (unsigned long long)inventory->level[0].bricks);
+    int code = tool_transfer_load(&transfer, tf, inventory->volume, err);
     if (!code) {
         const struct brick_active_query query = {.mode = BRICK_MODE_DVR, .transfer = transfer, .level = 0};
-        inventory->tf_bricks = brick_active_set(inventory->volume, &query, states);
+        code = brick_active_summarise(inventory->volume, &query, macrocells, threads, &inventory->tf_active,
+                                      err);
         inventory->tf = tf;
+        inventory->macrocells = macrocells;
     }
     brick_transfer_destroy(&transfer);
-    free(states);
     return code;
 }
 
 int inventory_init(struct inventory *inventory, const struct brick_volume *volume, const char *tf,
-                   struct brick_error *err)
+                   bool macrocells, uint32_t threads, struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
     *inventory = (struct inventory){.volume = volume};
@@ -164,5 +163,5 @@ int inventory_init(struct inventory *inventory, const struct brick_volume *volum
         return code;
     count_values(inventory);
     count_active(inventory);
-    return tf ? count_visible(inventory, tf, err) : 0;
+    return tf ? count_visible(inventory, tf, macrocells, threads, err) : 0;
 }

@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 
+#include <brick/active.h>
 #include <brick/volume.h>
 
 #include "histogram.h"
@@ -40,13 +41,15 @@ struct inventory {
         double above[INVENTORY_SAMPLES];   /* share of them that may reach the value */
         double voxels[INVENTORY_SAMPLES];  /* share of finite voxels at or above it */
     } active;
-    const char *tf;     /* NULL: not asked */
-    uint64_t tf_bricks; /* bricks of level 0 that tf makes visible */
+    const char *tf;                        /* NULL: not asked */
+    bool macrocells;                       /* the last fields of tf_active were asked for */
+    struct brick_active_summary tf_active; /* of level 0: what tf makes visible */
 };
 
-/* tf may be NULL. volume and tf outlive the inventory. */
+/* tf may be NULL. macrocells: read the bricks that tf makes visible, with so many threads, and count the
+ * macrocells that it does. volume and tf outlive the inventory. */
 int inventory_init(struct inventory *inventory, const struct brick_volume *volume, const char *tf,
-                   struct brick_error *err);
+                   bool macrocells, uint32_t threads, struct brick_error *err);
 /* log_scale: the histogram's bars. */
 void inventory_print_text(const struct inventory *inventory, bool bricks, bool log_scale);
 /* Exit code. */

@@ -150,9 +150,19 @@ int inventory_print_json(const struct inventory *inventory, bool bricks)
     add_values(json, inventory);
     if (inventory->tf) {
         cJSON_AddStringToObject(json, "tf", inventory->tf);
-        cJSON_AddNumberToObject(json, "bricks_active", (double)inventory->tf_bricks);
+        cJSON_AddNumberToObject(json, "bricks_active", (double)inventory->tf_active.bricks_active);
         cJSON_AddNumberToObject(json, "active_share",
-                                (double)inventory->tf_bricks / (double)inventory->level[0].bricks);
+                                (double)inventory->tf_active.bricks_active /
+                                    (double)inventory->level[0].bricks);
+        cJSON_AddNumberToObject(json, "bricks_interval", (double)inventory->tf_active.bricks_interval);
+        if (inventory->macrocells) {
+            cJSON_AddNumberToObject(json, "bricks_with_active_macrocells",
+                                    (double)inventory->tf_active.bricks_macrocells);
+            cJSON_AddNumberToObject(json, "macrocells", (double)inventory->tf_active.macrocells);
+            cJSON_AddNumberToObject(json, "macrocells_active",
+                                    (double)inventory->tf_active.macrocells_active);
+            cJSON_AddNumberToObject(json, "bytes_read", (double)inventory->tf_active.bytes_read);
+        }
     }
     cJSON_AddStringToObject(json, "provenance", provenance ? provenance : "");
     if (bricks)

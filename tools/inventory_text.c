@@ -125,10 +125,19 @@ void inventory_print_text(const struct inventory *inventory, bool bricks, bool l
             any = true;
         }
     printf("%s\n", any ? "" : " none");
+    const struct brick_active_summary *seen = &inventory->tf_active;
     if (inventory->tf)
         printf("visible     %llu of %llu bricks of level 0 (%.1f%%) with %s\n",
-               (unsigned long long)inventory->tf_bricks, (unsigned long long)inventory->level[0].bricks,
-               100 * (double)inventory->tf_bricks / (double)inventory->level[0].bricks, inventory->tf);
+               (unsigned long long)seen->bricks_active, (unsigned long long)seen->bricks,
+               100 * (double)seen->bricks_active / (double)seen->bricks, inventory->tf);
+    if (inventory->tf && seen->bricks_interval != seen->bricks_active)
+        printf("            %llu by their range alone, without the mask\n",
+               (unsigned long long)seen->bricks_interval);
+    if (inventory->macrocells)
+        printf("            %llu of %llu macrocells (%.1f%%), in %llu bricks; read %llu bytes to see them\n",
+               (unsigned long long)seen->macrocells_active, (unsigned long long)seen->macrocells,
+               100 * (double)seen->macrocells_active / (double)seen->macrocells,
+               (unsigned long long)seen->bricks_macrocells, (unsigned long long)seen->bytes_read);
     print_sizes(inventory);
     print_values(inventory, log_scale);
     print_levels(inventory);

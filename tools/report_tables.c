@@ -84,10 +84,12 @@ void report_facts(FILE *out, const struct inventory *inventory)
     snprintf(more, sizeof more, "of %s voxels", page_count(stats->count + stats->nonfinite).text);
     fact(out, "Not finite", page_count(stats->nonfinite).text, more);
     if (inventory->tf) {
-        snprintf(more, sizeof more, "%s bricks of level 0, with %s", page_count(inventory->tf_bricks).text,
-                 inventory->tf);
+        snprintf(more, sizeof more, "%s bricks of level 0, with %s",
+                 page_count(inventory->tf_active.bricks_active).text, inventory->tf);
         fact(out, "Visible",
-             page_percent((double)inventory->tf_bricks / (double)inventory->level[0].bricks).text, more);
+             page_percent((double)inventory->tf_active.bricks_active / (double)inventory->level[0].bricks)
+                 .text,
+             more);
     }
     fputs("</dl>\n", out);
 }

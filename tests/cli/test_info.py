@@ -52,7 +52,15 @@ class Info(cli.Case):
         self.assertEqual(sum(level["bricks"] for level in info["levels"]), info["bricks"])
         self.assertEqual(len(info["brick_list"]), info["bricks"])
         self.assertEqual(sum(b["bytes"] for b in info["brick_list"]), sum(l["payload_bytes"] for l in info["levels"]))
-        self.assertLessEqual(info["bricks_active"], info["levels"][0]["bricks"])
+        self.assertLessEqual(info["bricks_active"], info["bricks_interval"])
+        self.assertLessEqual(info["bricks_interval"], info["levels"][0]["bricks"])
+        self.assertNotIn("macrocells", info)
+        finer = self.json("info", "a.brick", "--tf", "gray", "--macrocells")
+        self.assertEqual(finer["bricks_active"], info["bricks_active"])
+        self.assertLessEqual(finer["bricks_with_active_macrocells"], finer["bricks_active"])
+        self.assertLessEqual(finer["macrocells_active"], finer["macrocells"])
+        self.assertGreater(finer["macrocells_active"], 0)
+        self.fails(2, "--macrocells goes with --tf", "info", "a.brick", "--macrocells")
         self.assertNotIn(self.folder, info["provenance"])
 
         for level in info["levels"]:
