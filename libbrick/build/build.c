@@ -125,7 +125,8 @@ static int builder_init(struct builder *b, struct brick_source *source,
     if (!b->encoders || !b->tallies || !b->batch || (b->staging_bytes && !b->staging))
         return brick_fail(err, BRICK_ERR_MEMORY, "out of memory");
     for (unsigned t = 0; t < b->threads; t++)
-        if ((code = encoder_init(&b->encoders[t], &b->grid, err)) || (code = tally_init(&b->tallies[t], err)))
+        if ((code = encoder_init(&b->encoders[t], kernels_best(), &b->grid, err)) ||
+            (code = tally_init(&b->tallies[t], err)))
             return code;
     for (uint64_t i = 0; i < b->batch_size; i++)
         if (!(b->batch[i].payload = malloc(payload)))

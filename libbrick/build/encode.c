@@ -7,20 +7,27 @@
 #include <string.h>
 
 #include "occupancy.h"
+#include "ranges.h"
 
 size_t encoder_bytes(const struct brick_grid *grid)
 {
     size_t cells = (size_t)(grid->edge + 1) * (grid->edge + 1) * (grid->edge + 1);
-    return brick_grid_max_payload_bytes(grid) + cells * (2 * brick_type_bytes(grid->type) + 3);
+    return brick_grid_max_payload_bytes(grid) + ranges_scratch_bytes(grid) +
+           cells * (2 * brick_type_bytes(grid->type) + 3);
 }
 
-int encoder_init(struct encoder *e, const struct brick_grid *grid, struct brick_error *err)
+int encoder_init(struct encoder *e, const struct kernels *kernels, const struct brick_grid *grid,
+                 struct brick_error *err)
 {
     size_t cells = (size_t)(grid->edge + 1) * (grid->edge + 1) * (grid->edge + 1),
            width = brick_type_bytes(grid->type);
-    *e = (struct encoder){malloc(brick_grid_max_payload_bytes(grid)), malloc(cells * width),
-                          malloc(cells * width), malloc(3 * cells)};
-    if (e->payload && e->lo && e->hi && e->bins)
+    *e = (struct encoder){.kernels = kernels,
+                          .payload = malloc(brick_grid_max_payload_bytes(grid)),
+                          .lo = malloc(cells * width),
+                          .hi = malloc(cells * width),
+                          .folds = malloc(ranges_scratch_bytes(grid)),
+                          .bins = malloc(3 * cells)};
+    if (e->payload && e->lo && e->hi && e->folds && e->bins)
         return BRICK_OK;
     encoder_finish(e);
     return brick_fail(err, BRICK_ERR_MEMORY, "out of memory for a brick's scratch space");
@@ -31,40 +38,10 @@ void encoder_finish(struct encoder *e)
     free(e->payload);
     free(e->lo);
     free(e->hi);
+    free(e->folds);
     free(e->bins);
     memset(e, 0, sizeof *e);
 }
-
-#define T         uint8_t
-#define NAME(f)   f##_u8
-#define USABLE(v) true
-#define LOWEST    0
-#define HIGHEST   UINT8_MAX
-#include "ranges_typed.h"
-#define T         int8_t
-#define NAME(f)   f##_i8
-#define USABLE(v) true
-#define LOWEST    INT8_MIN
-#define HIGHEST   INT8_MAX
-#include "ranges_typed.h"
-#define T         uint16_t
-#define NAME(f)   f##_u16
-#define USABLE(v) true
-#define LOWEST    0
-#define HIGHEST   UINT16_MAX
-#include "ranges_typed.h"
-#define T         int16_t
-#define NAME(f)   f##_i16
-#define USABLE(v) true
-#define LOWEST    INT16_MIN
-#define HIGHEST   INT16_MAX
-#include "ranges_typed.h"
-#define T         float
-#define NAME(f)   f##_f32
-#define USABLE(v) isfinite(v)
-#define LOWEST    (-INFINITY)
-#define HIGHEST   INFINITY
-#include "ranges_typed.h"
 
 void encode_ranges(const struct brick_grid *grid, const struct brick_place *place, const void *voxels,
                    const void *lo, const void *hi, void *macrocells, struct encoder *scratch,
@@ -77,23 +54,7 @@ void encode_ranges(const struct brick_grid *grid, const struct brick_place *plac
         size_t at = ((size_t)grid->border * sy + grid->border) * sx + grid->border;
         lo = hi = (const unsigned char *)voxels + at * brick_type_bytes(grid->type);
     }
-    switch (grid->type) {
-    case BRICK_U8:
-        ranges_u8(grid, place, lo, hi, sx, sy, macrocells, entry);
-        break;
-    case BRICK_I8:
-        ranges_i8(grid, place, lo, hi, sx, sy, macrocells, entry);
-        break;
-    case BRICK_U16:
-        ranges_u16(grid, place, lo, hi, sx, sy, macrocells, entry);
-        break;
-    case BRICK_I16:
-        ranges_i16(grid, place, lo, hi, sx, sy, macrocells, entry);
-        break;
-    default:
-        ranges_f32(grid, place, lo, hi, sx, sy, macrocells, entry);
-        break;
-    }
+    ranges_of_brick(scratch->kernels, grid, place, lo, hi, sx, sy, macrocells, scratch->folds, entry);
     entry->mask =
         occupancy_mask(grid->type, lo, hi, sx, sy, place->core, entry->min, entry->max, scratch->bins);
 }
@@ -101,6 +62,22 @@ void encode_ranges(const struct brick_grid *grid, const struct brick_place *plac
 static uint64_t clamp_index(int64_t i, uint64_t n)
 {
     return i < 0 ? 0 : (uint64_t)i < n ? (uint64_t)i : n - 1;
+}
+
+/* memcpy of short rows, by moves of constant size that overlap: a call to the library costs more than the
+ * copy. */
+static inline void copy_row(unsigned char *dst, const unsigned char *src, size_t n)
+{
+    if (n >= 64) {
+        for (size_t i = 0; i + 64 < n; i += 64)
+            memcpy(dst + i, src + i, 64);
+        memcpy(dst + n - 64, src + n - 64, 64);
+    } else if (n >= 32) {
+        memcpy(dst, src, 32);
+        memcpy(dst + n - 32, src + n - 32, 32);
+    } else {
+        memcpy(dst, src, n);
+    }
 }
 
 /* Copy the box [lo, lo + size) of one of a window's arrays to dst, the volume's edge repeated. */
@@ -117,7 +94,7 @@ static void gather(const struct window *w, const unsigned char *slices, size_t w
             uint32_t middle = inside < size[0] - left ? (uint32_t)inside : size[0] - left;
             for (uint32_t x = 0; x < left; x++, dst += width)
                 memcpy(dst, row, width);
-            memcpy(dst, row + from * width, middle * width);
+            copy_row(dst, row + from * width, middle * width);
             dst += middle * width;
             for (uint32_t x = left + middle; x < size[0]; x++, dst += width)
                 memcpy(dst, row + (dims[0] - 1) * width, width);
@@ -155,11 +132,14 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
     }
     encode_ranges(grid, &place, e->payload, lo, hi, e->payload + voxel_bytes, e, &out->entry);
     if (tally)
-        out->entry.nonfinite = tally_brick(tally, grid, &place, e->payload, &out->moments);
+        out->entry.nonfinite =
+            tally_brick(tally, e->kernels, grid, &place, e->payload, e->payload + voxel_bytes, &out->moments);
 
-    /* One range for the whole brick and one bit pattern for every voxel: the index says it all. */
+    /* One range for the whole brick and one bit pattern for every voxel: the index says it all. (Not so for
+     * -0, whose range is that of 0.) */
     float value = (float)brick_type_load(grid->type, e->payload, 0);
-    bool one_range = isfinite(value) ? out->entry.min == value && out->entry.max == value
+    bool one_range = isfinite(value) ? out->entry.min == value && out->entry.max == value &&
+                                           !(value == 0 && signbit(value))
                                      : !(out->entry.min <= out->entry.max);
     if (one_range && all_equal(e->payload, voxel_bytes, width)) {
         out->entry.flags = BRICK_FLAG_CONSTANT;

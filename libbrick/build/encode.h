@@ -9,8 +9,10 @@
 
 /* Scratch memory of one worker. */
 struct encoder {
+    const struct kernels *kernels;
     unsigned char *payload; /* voxels and macrocell ranges before compression */
     unsigned char *lo, *hi; /* (edge+1)^3 voxels of the level-0 ranges; levels above 0 only */
+    unsigned char *folds;   /* for ranges.c */
     unsigned char *bins;    /* 3 (edge+1)^3, for the occupancy mask */
 };
 
@@ -23,7 +25,8 @@ struct encoded {
 };
 
 size_t encoder_bytes(const struct brick_grid *grid);
-int encoder_init(struct encoder *encoder, const struct brick_grid *grid, struct brick_error *err);
+int encoder_init(struct encoder *encoder, const struct kernels *kernels, const struct brick_grid *grid,
+                 struct brick_error *err);
 void encoder_finish(struct encoder *encoder);
 
 /* tally: the worker's histogram, or NULL above level 0. */

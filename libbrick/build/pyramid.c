@@ -102,7 +102,7 @@ static int downsample_item(void *context, uint64_t item, unsigned worker, struct
     if (end > j->coarse->level->dims[1])
         end = j->coarse->level->dims[1];
     for (uint64_t y = item * j->rows_a_item; y < end; y++)
-        downsample_row(j->fine, j->coarse, j->halved, j->type, j->nearest, y, j->z);
+        downsample_row(kernels_best(), j->fine, j->coarse, j->halved, j->type, j->nearest, y, j->z);
     return BRICK_OK;
 }
 
