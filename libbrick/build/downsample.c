@@ -29,31 +29,32 @@ static void advance(const void *rows[4], size_t bytes)
 }
 
 void downsample_row(const struct kernels *k, const struct window *fine, const struct window *coarse,
-                    const bool halved[3], enum brick_type type, bool nearest, uint64_t y, uint64_t z)
+                    const bool halved[3], enum brick_type type, bool nearest, uint64_t x, uint64_t left,
+                    uint64_t y, uint64_t z)
 {
     size_t width = brick_type_bytes(type);
-    const uint64_t *n = fine->level->dims;
-    uint64_t at[2] = {y, z}, first[2], second[2];
-    for (int a = 0; a < 2; a++) {
-        first[a] = halved[a + 1] ? 2 * at[a] : at[a];
-        second[a] = halved[a + 1] && first[a] + 1 < n[a + 1] ? first[a] + 1 : first[a];
+    const uint64_t *n = fine->level->dims, at[3] = {x, y, z};
+    uint64_t first[3], second[3];
+    for (int a = 0; a < 3; a++) {
+        first[a] = halved[a] ? 2 * at[a] : at[a];
+        second[a] = halved[a] && first[a] + 1 < n[a] ? first[a] + 1 : first[a];
     }
     const void *rows[3][4]; /* voxels, min, max of the coarse row's first voxel */
     const unsigned char *arrays[3] = {fine->voxels, fine->min, fine->max};
     for (int i = 0; i < 3; i++)
-        for (int r = 0; r < 4; r++) {
-            uint64_t sy = r & 1 ? second[0] : first[0], sz = r & 2 ? second[1] : first[1];
-            rows[i][r] = arrays[i] + window_slot(fine, sz) + sy * n[0] * width;
-        }
-    size_t to = window_slot(coarse, z) + y * coarse->level->dims[0] * width;
+        for (int r = 0; r < 4; r++)
+            rows[i][r] = arrays[i] + window_at(fine, first[0], r & 1 ? second[1] : first[1],
+                                               r & 2 ? second[2] : first[2]);
+    size_t to = window_at(coarse, x, y, z);
     unsigned char *out = coarse->voxels + to, *min = coarse->min + to, *max = coarse->max + to;
-    uint64_t left = coarse->level->dims[0];
     if (nearest)
-        for (uint64_t x = 0; x < left; x++)
-            memcpy(out + x * width, (const unsigned char *)rows[0][0] + (halved[0] ? 2 * x : x) * width,
+        for (uint64_t i = 0; i < left; i++)
+            memcpy(out + i * width, (const unsigned char *)rows[0][0] + (halved[0] ? 2 * i : i) * width,
                    width);
     if (halved[0]) {
-        uint64_t whole = n[0] / 2;
+        uint64_t whole = (n[0] - first[0]) / 2;
+        if (whole > left)
+            whole = left;
         if (!nearest)
             k->mean_pairs[type](out, rows[0], whole);
         k->range_pairs[type](min, max, rows[1], rows[2], whole);

@@ -85,21 +85,20 @@ static void gather(const struct window *w, const unsigned char *slices, size_t w
                    const uint32_t size[3], unsigned char *dst)
 {
     const uint64_t *dims = w->level->dims;
-    for (uint32_t z = 0; z < size[2]; z++) {
-        const unsigned char *slice = slices + window_slot(w, clamp_index(lo[2] + z, dims[2]));
+    uint32_t left = lo[0] < 0 ? (uint32_t)-lo[0] : 0;
+    uint64_t from = (uint64_t)(lo[0] + left), inside = dims[0] - from;
+    uint32_t middle = inside < size[0] - left ? (uint32_t)inside : size[0] - left;
+    for (uint32_t z = 0; z < size[2]; z++)
         for (uint32_t y = 0; y < size[1]; y++) {
-            const unsigned char *row = slice + clamp_index(lo[1] + y, dims[1]) * dims[0] * width;
-            uint32_t left = lo[0] < 0 ? (uint32_t)-lo[0] : 0;
-            uint64_t from = (uint64_t)(lo[0] + left), inside = dims[0] - from;
-            uint32_t middle = inside < size[0] - left ? (uint32_t)inside : size[0] - left;
+            const unsigned char *row =
+                slices + window_at(w, from, clamp_index(lo[1] + y, dims[1]), clamp_index(lo[2] + z, dims[2]));
             for (uint32_t x = 0; x < left; x++, dst += width)
                 memcpy(dst, row, width);
-            copy_row(dst, row + from * width, middle * width);
+            copy_row(dst, row, middle * width);
             dst += middle * width;
             for (uint32_t x = left + middle; x < size[0]; x++, dst += width)
-                memcpy(dst, row + (dims[0] - 1) * width, width);
+                memcpy(dst, row + (middle - 1) * width, width);
         }
-    }
 }
 
 static bool all_equal(const unsigned char *bytes, size_t n, size_t width)
@@ -109,11 +108,14 @@ static bool all_equal(const unsigned char *bytes, size_t n, size_t width)
 
 int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct window *w, uint64_t id,
                  enum brick_codec codec, int codec_level, struct tally *tally, struct encoded *out,
-                 struct brick_error *err)
+                 struct costs *costs, struct brick_error *err)
 {
+    uint64_t clock = brick_now_ns();
     struct brick_place place;
     brick_grid_place(grid, id, &place);
     size_t width = brick_type_bytes(grid->type), voxel_bytes = brick_place_voxel_bytes(grid, &place);
+    out->id = id;
+    out->level0 = place.level == 0;
     out->entry = (struct brick_entry){.codec = (uint8_t)codec};
     out->moments = (struct tally_moments){0};
     gather(w, w->voxels, width, place.lo, place.stored, e->payload);
@@ -130,10 +132,14 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
         lo = e->lo;
         hi = e->hi;
     }
+    costs_add(costs, BRICK_STAGE_GATHER, &clock, voxel_bytes);
     encode_ranges(grid, &place, e->payload, lo, hi, e->payload + voxel_bytes, e, &out->entry);
-    if (tally)
+    costs_add(costs, BRICK_STAGE_RANGES, &clock, voxel_bytes);
+    if (out->level0) {
         out->entry.nonfinite =
             tally_brick(tally, e->kernels, grid, &place, e->payload, e->payload + voxel_bytes, &out->moments);
+        costs_add(costs, BRICK_STAGE_COUNT, &clock, voxel_bytes);
+    }
 
     /* One range for the whole brick and one bit pattern for every voxel: the index says it all. (Not so for
      * -0, whose range is that of 0.) */
@@ -149,6 +155,8 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
         return BRICK_OK;
     }
     size_t n = brick_place_payload_bytes(grid, &place);
-    return brick_codec_encode(codec, codec_level, width, e->payload, n, out->payload,
-                              brick_codec_bound(codec, n), &out->bytes, err);
+    int code = brick_codec_encode(codec, codec_level, width, e->payload, n, out->payload,
+                                  brick_codec_bound(codec, n), &out->bytes, err);
+    costs_add(costs, BRICK_STAGE_COMPRESS, &clock, n);
+    return code;
 }
