@@ -92,6 +92,7 @@ static int builder_init(struct builder *b, struct brick_source *source, const ch
         (code = drain_start(&b->drain, b->writer, err)) || (code = feed_start(&b->feed, err)))
         return code;
     b->pyramid.pool = b->pool;
+    brick_writer_keep(b->writer, b->plan.keep_bytes);
     return BRICK_OK;
 }
 

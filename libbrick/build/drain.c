@@ -11,7 +11,8 @@ int drain_init(struct drain *d, uint64_t slots, size_t payload_bytes, struct bri
 {
     *d = (struct drain){.min = INFINITY, .max = -INFINITY};
     pthread_mutex_init(&d->lock, NULL);
-    pthread_cond_init(&d->changed, NULL);
+    pthread_cond_init(&d->filled, NULL);
+    pthread_cond_init(&d->freed, NULL);
     d->slots = slots;
     d->slot = calloc(slots, sizeof *d->slot);
     bool all = d->slot != NULL;
@@ -35,27 +36,31 @@ static int write_one(struct drain *d, const struct encoded *e, struct brick_erro
     return code;
 }
 
+/* Bricks that wait in a row are written without looking up in between: on few cores, threads that wake each
+ * other for every brick spend their time on that. */
 static void *drain_main(void *context)
 {
     struct drain *d = context;
     pthread_mutex_lock(&d->lock);
-    while (!d->code) {
-        struct encoded *e = &d->slot[d->written % d->slots];
-        while (!d->quit && e->ready != d->written + 1)
-            pthread_cond_wait(&d->changed, &d->lock);
-        if (d->quit)
-            break;
-        pthread_mutex_unlock(&d->lock);
-        struct brick_error error = {0};
-        int code = write_one(d, e, &error);
-        pthread_mutex_lock(&d->lock);
-        if (code) {
-            d->code = code;
-            d->error = error;
-        } else {
-            d->written++;
+    while (!d->code && !d->quit) {
+        uint64_t end = d->written;
+        while (end < d->written + d->slots && d->slot[end % d->slots].ready == end + 1)
+            end++;
+        if (end == d->written) {
+            pthread_cond_wait(&d->filled, &d->lock);
+            continue;
         }
-        pthread_cond_broadcast(&d->changed);
+        uint64_t next = d->written;
+        struct brick_error error = {0};
+        int code = BRICK_OK;
+        pthread_mutex_unlock(&d->lock);
+        for (; !code && next < end; next++)
+            code = write_one(d, &d->slot[next % d->slots], &error);
+        pthread_mutex_lock(&d->lock);
+        d->code = code;
+        d->error = error;
+        d->written = code ? next - 1 : next;
+        pthread_cond_broadcast(&d->freed);
     }
     pthread_mutex_unlock(&d->lock);
     return NULL;
@@ -75,11 +80,12 @@ void drain_finish(struct drain *d)
         return;
     pthread_mutex_lock(&d->lock);
     d->quit = true;
-    pthread_cond_broadcast(&d->changed);
+    pthread_cond_signal(&d->filled);
     pthread_mutex_unlock(&d->lock);
     if (d->running)
         pthread_join(d->thread, NULL);
-    pthread_cond_destroy(&d->changed);
+    pthread_cond_destroy(&d->filled);
+    pthread_cond_destroy(&d->freed);
     pthread_mutex_destroy(&d->lock);
     for (uint64_t i = 0; d->slot && i < d->slots; i++)
         free(d->slot[i].payload);
@@ -91,7 +97,7 @@ struct encoded *drain_slot(struct drain *d, uint64_t ticket)
 {
     pthread_mutex_lock(&d->lock);
     while (!d->code && ticket >= d->written + d->slots)
-        pthread_cond_wait(&d->changed, &d->lock);
+        pthread_cond_wait(&d->freed, &d->lock);
     bool failed = d->code != 0;
     pthread_mutex_unlock(&d->lock);
     return failed ? NULL : &d->slot[ticket % d->slots];
@@ -102,7 +108,7 @@ void drain_ready(struct drain *d, uint64_t ticket)
     pthread_mutex_lock(&d->lock);
     d->slot[ticket % d->slots].ready = ticket + 1;
     if (ticket == d->written)
-        pthread_cond_broadcast(&d->changed);
+        pthread_cond_signal(&d->filled);
     pthread_mutex_unlock(&d->lock);
 }
 
@@ -110,7 +116,7 @@ int drain_flush(struct drain *d, uint64_t end, struct brick_error *err)
 {
     pthread_mutex_lock(&d->lock);
     while (!d->code && d->written < end)
-        pthread_cond_wait(&d->changed, &d->lock);
+        pthread_cond_wait(&d->freed, &d->lock);
     int code = d->code;
     if (code && err)
         *err = d->error;

@@ -18,7 +18,7 @@ struct drain {
     pthread_t thread;
     bool running;
     pthread_mutex_t lock;
-    pthread_cond_t changed;
+    pthread_cond_t filled, freed; /* waited for by the thread; by the others */
     /* Under the lock. */
     uint64_t written; /* tickets [0, written) are */
     bool quit;

@@ -88,10 +88,13 @@ static void gather(const struct window *w, const unsigned char *slices, size_t w
     uint32_t left = lo[0] < 0 ? (uint32_t)-lo[0] : 0;
     uint64_t from = (uint64_t)(lo[0] + left), inside = dims[0] - from;
     uint32_t middle = inside < size[0] - left ? (uint32_t)inside : size[0] - left;
-    for (uint32_t z = 0; z < size[2]; z++)
+    size_t line = (size_t)w->size[0] * width;
+    for (uint32_t z = 0; z < size[2]; z++) {
+        const unsigned char *slice = slices + window_at(w, from, w->lo[1], clamp_index(lo[2] + z, dims[2]));
         for (uint32_t y = 0; y < size[1]; y++) {
-            const unsigned char *row =
-                slices + window_at(w, from, clamp_index(lo[1] + y, dims[1]), clamp_index(lo[2] + z, dims[2]));
+            const unsigned char *row = slice + (clamp_index(lo[1] + y, dims[1]) - w->lo[1]) * line;
+            __builtin_prefetch(row + 8 * line);
+            __builtin_prefetch(row + 8 * line + 64);
             for (uint32_t x = 0; x < left; x++, dst += width)
                 memcpy(dst, row, width);
             copy_row(dst, row, middle * width);
@@ -99,6 +102,7 @@ static void gather(const struct window *w, const unsigned char *slices, size_t w
             for (uint32_t x = left + middle; x < size[0]; x++, dst += width)
                 memcpy(dst, row + (middle - 1) * width, width);
         }
+    }
 }
 
 static bool all_equal(const unsigned char *bytes, size_t n, size_t width)

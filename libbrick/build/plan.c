@@ -9,7 +9,7 @@
 
 #include "encode.h"
 
-enum { PROGRAM_BYTES = 12 << 20, THREAD_BYTES = 1 << 20, SLOTS_A_THREAD = 24, STAGING_BYTES = 1 << 20 };
+enum { PROGRAM_BYTES = 12 << 20, THREAD_BYTES = 1 << 20, SLOTS_A_THREAD = 64, STAGING_BYTES = 1 << 20 };
 
 static uint64_t add(uint64_t a, uint64_t b)
 {
@@ -178,8 +178,10 @@ int plan_make(struct plan *plan, const struct brick_grid *grid, const struct bri
     p.fixed = add(p.fixed, mul(grid->bricks, sizeof(struct brick_entry)));
     bool room = p.fixed <= p.budget;
     if (room && (choose_ring(&p, plan, grid->edge / 2) || (source->read_box && choose_boxes(&p, plan)) ||
-                 choose_ring(&p, plan, 0)))
+                 choose_ring(&p, plan, 0))) {
+        plan->keep_bytes = p.budget - plan->memory_bytes;
         return BRICK_OK;
+    }
     /* Nothing fits: the smallest plan says what would. */
     plan->boxes = source->read_box != NULL;
     plan->ring_slices = row_slices(grid, 0);
