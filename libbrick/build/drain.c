@@ -69,7 +69,7 @@ static void *drain_main(void *context)
 int drain_start(struct drain *d, struct brick_writer *writer, struct brick_error *err)
 {
     d->writer = writer;
-    d->running = pthread_create(&d->thread, NULL, drain_main, d) == 0;
+    d->running = brick_thread_start(&d->thread, drain_main, d);
     return d->running ? BRICK_OK
                       : brick_fail(err, BRICK_ERR_MEMORY, "the system refuses to start a thread for writing");
 }

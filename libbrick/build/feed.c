@@ -155,7 +155,7 @@ static void *feed_main(void *context)
 
 int feed_start(struct feed *f, struct brick_error *err)
 {
-    f->running = pthread_create(&f->thread, NULL, feed_main, f) == 0;
+    f->running = brick_thread_start(&f->thread, feed_main, f);
     return f->running ? BRICK_OK
                       : brick_fail(err, BRICK_ERR_MEMORY, "the system refuses to start a thread for reading");
 }

@@ -2,6 +2,8 @@
 #ifndef BRICK_THREADS_H
 #define BRICK_THREADS_H
 
+#include <pthread.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #include <brick/error.h>
@@ -25,6 +27,10 @@ typedef int brick_pool_job(void *context, uint64_t item, unsigned worker, struct
  * lowest item is reported, so that messages do not depend on timing. One caller at a time. */
 int brick_pool_run(struct brick_pool *pool, uint64_t n, brick_pool_job *job, void *context,
                    struct brick_error *err);
+
+/* One thread with a stack of 1 MiB (the pool's have that, too), to be joined with pthread_join. false:
+ * refused. */
+bool brick_thread_start(pthread_t *id, void *(*run)(void *context), void *context);
 
 /* Cores this process may use, at least 1. */
 unsigned brick_cores(void);
