@@ -17,8 +17,8 @@ struct plan {
     uint64_t in_bytes;   /* of the largest tile from a spool, one of three arrays; 0 without spools */
     uint64_t out_bytes;  /* of the largest tile on its way to one, likewise */
     uint64_t staging_bytes; /* source voxels on their way to f32; 0 when they need no conversion */
-    uint64_t memory_bytes;  /* of everything but keep_bytes */
-    uint64_t keep_bytes;    /* what is left of the budget, for encoded bricks of coarser levels */
+    uint64_t memory_bytes;  /* of everything */
+    uint64_t keep_bytes;    /* of it, for encoded bricks of coarser levels */
 };
 
 /* Slices a coarse level's ring holds: those that a row of bricks needs, and those that arrive at once. */

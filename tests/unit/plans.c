@@ -7,6 +7,7 @@
 #include <cmocka.h>
 
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -214,10 +215,61 @@ static void the_system_enforces_the_cap(void **state)
     brick_volume_close(&volume);
 }
 
+static int read_until(struct brick_source *base, uint64_t z, uint64_t count, void *dst,
+                      struct brick_error *err)
+{
+    size_t slice = (size_t)(base->geometry.dims[0] * base->geometry.dims[1]) * 2;
+    for (uint64_t i = 0; i < count * slice; i++)
+        ((unsigned char *)dst)[i] = (unsigned char)noise64(z, i);
+    if (z + count > 70)
+        return brick_fail(err, BRICK_ERR_IO, "slice 70 is gone");
+    return BRICK_OK;
+}
+
+/* A source that fails and a disk that is full end the conversion: no thread waits for another for ever, the
+ * message is the first failure's, and nothing is left. */
+static void failures_end_it(void **state)
+{
+    (void)state;
+    struct memory_source source;
+    struct brick_build_params params = brick_build_defaults;
+    struct brick_error err = {0};
+    memory_source_init(&source, BRICK_U16, 200, 200, 120, NULL);
+    source.base.read = read_until;
+    for (params.threads = 1; params.threads <= 4; params.threads++) {
+        const char *path = test_path("gone.brick");
+        assert_int_equal(brick_build(&source.base, path, &params, NULL, &err), BRICK_ERR_IO);
+        assert_string_equal(err.message, "slice 70 is gone");
+        assert_int_equal(access(path, F_OK), -1);
+        assert_int_equal(access(test_path("gone.brick.part"), F_OK), -1);
+    }
+    const char *path = test_path("full.brick");
+    fflush(stdout);
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        const struct rlimit limit = {1 << 20, 1 << 20}; /* of every file: all writes beyond fail */
+        signal(SIGXFSZ, SIG_IGN);
+        int code = setrlimit(RLIMIT_FSIZE, &limit);
+        memory_source_init(&source, BRICK_U16, 200, 200, 60, NULL);
+        source.base.read = read_until;
+        for (params.threads = 1; !code && params.threads <= 4; params.threads++)
+            if (brick_build(&source.base, path, &params, NULL, &err) != BRICK_ERR_IO ||
+                !strstr(err.message, "write at byte"))
+                code = 1;
+        _exit(code ? 1 : 0);
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    assert_int_equal(access(path, F_OK), -1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_system_enforces_the_cap), /* first: what others freed still counts as theirs */
+        cmocka_unit_test(failures_end_it),
         cmocka_unit_test(golden_file),
         cmocka_unit_test(same_file_by_any_plan),
     };
