@@ -89,12 +89,17 @@ static void gather(const struct window *w, const unsigned char *slices, size_t w
     uint64_t from = (uint64_t)(lo[0] + left), inside = dims[0] - from;
     uint32_t middle = inside < size[0] - left ? (uint32_t)inside : size[0] - left;
     size_t line = (size_t)w->size[0] * width;
+    const unsigned char *next = slices + window_at(w, from, w->lo[1], clamp_index(lo[2], dims[2]));
     for (uint32_t z = 0; z < size[2]; z++) {
-        const unsigned char *slice = slices + window_at(w, from, w->lo[1], clamp_index(lo[2] + z, dims[2]));
+        const unsigned char *slice = next;
+        next = slices + window_at(w, from, w->lo[1], clamp_index(lo[2] + z + 1, dims[2]));
         for (uint32_t y = 0; y < size[1]; y++) {
-            const unsigned char *row = slice + (clamp_index(lo[1] + y, dims[1]) - w->lo[1]) * line;
-            __builtin_prefetch(row + 8 * line);
-            __builtin_prefetch(row + 8 * line + 64);
+            size_t at = (clamp_index(lo[1] + y, dims[1]) - w->lo[1]) * line;
+            const unsigned char *row = slice + at;
+            /* Rows are far apart, which processors do not foresee: ask for the next slice's while copying
+             * this. */
+            for (size_t i = 0; i < middle * width; i += 64)
+                __builtin_prefetch(next + at + i);
             for (uint32_t x = 0; x < left; x++, dst += width)
                 memcpy(dst, row, width);
             copy_row(dst, row, middle * width);
@@ -114,7 +119,7 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
                  enum brick_codec codec, int codec_level, struct tally *tally, struct encoded *out,
                  struct costs *costs, struct brick_error *err)
 {
-    uint64_t clock = brick_now_ns();
+    uint64_t clock = brick_thread_ns();
     struct brick_place place;
     brick_grid_place(grid, id, &place);
     size_t width = brick_type_bytes(grid->type), voxel_bytes = brick_place_voxel_bytes(grid, &place);

@@ -87,7 +87,7 @@ struct tile_job {
 
 static void downsample_item(const struct tile_job *j, uint64_t item, struct costs *costs)
 {
-    uint64_t clock = brick_now_ns(), n = j->box.hi[0] - j->box.lo[0];
+    uint64_t clock = brick_thread_ns(), n = j->box.hi[0] - j->box.lo[0];
     uint64_t z = j->box.lo[2] + item / j->items_a_slice,
              y = j->box.lo[1] + item % j->items_a_slice * j->lines;
     uint64_t end = j->box.hi[1] - y < j->lines ? j->box.hi[1] : y + j->lines;

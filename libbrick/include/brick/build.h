@@ -27,8 +27,9 @@ struct brick_build_params {
 };
 extern const struct brick_build_params brick_build_defaults;
 
-/* What a conversion does to every voxel. Times are summed over threads. Bytes: of voxels for what is done to
- * voxels (borders and coarser levels included), of encoded bricks for writing. */
+/* What a conversion does to every voxel. Times are summed over threads: on a core for what is computed, on
+ * the wall for what waits for disks (read, spool, write, finish). Bytes: of voxels for what is done to voxels
+ * (borders and coarser levels included), of encoded bricks for writing. */
 enum brick_build_stage {
     BRICK_STAGE_READ,   /* the source */
     BRICK_STAGE_GATHER, /* bricks with their borders */

@@ -36,6 +36,8 @@ bool brick_thread_start(pthread_t *id, void *(*run)(void *context), void *contex
 unsigned brick_cores(void);
 /* Monotonic time in nanoseconds. */
 uint64_t brick_now_ns(void);
+/* Time that the calling thread has spent on a core, in nanoseconds. */
+uint64_t brick_thread_ns(void);
 /* Peak resident set of this process in bytes (getrusage). */
 uint64_t brick_peak_rss_bytes(void);
 
