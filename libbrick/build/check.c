@@ -192,7 +192,8 @@ static int check_item(void *context, uint64_t item, unsigned worker, struct bric
         slabs->high[a] = hash_slab(c, &p, voxels, a, true, c->slab[worker]);
     }
     if (p.level == 0) {
-        uint32_t nonfinite = tally_brick(&c->tallies[worker], c->grid, &p, voxels, &c->batch_moments[item]);
+        uint32_t nonfinite = tally_brick(&c->tallies[worker], c->scratch[worker].kernels, c->grid, &p, voxels,
+                                         c->macrocells[worker], &c->batch_moments[item]);
         if (nonfinite != brick_volume_entry(c->volume, id)->nonfinite)
             return contradiction(c, id, &p, "its count of NaN and Inf is not that of its voxels", err);
     }
@@ -276,7 +277,7 @@ static int checker_init(struct checker *c, const struct brick_volume *volume, un
     bool ok = c->scratch && c->read && c->tallies && c->slab && c->macrocells && c->neighbour &&
               c->batch_moments && c->slabs;
     for (unsigned t = 0; ok && t < threads; t++) {
-        int code = encoder_init(&c->scratch[t], grid, err);
+        int code = encoder_init(&c->scratch[t], kernels_best(), grid, err);
         if (code || (code = tally_init(&c->tallies[t], err)))
             return code;
         c->slab[t] = malloc(side * side * 2 * grid->border * brick_type_bytes(grid->type));

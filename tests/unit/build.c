@@ -401,6 +401,10 @@ static void memory_cap_is_said(void **state)
     assert_int_equal(brick_build(&source.base, test_path("cap.brick"), &params, NULL, &err),
                      BRICK_ERR_MEMORY);
     assert_non_null(strstr(err.message, "--memory"));
+    source.base.read_box = NULL;
+    assert_int_equal(brick_build(&source.base, test_path("cap.brick"), &params, NULL, &err),
+                     BRICK_ERR_MEMORY);
+    assert_non_null(strstr(err.message, "front to back"));
     free(voxels);
 }
 
