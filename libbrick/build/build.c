@@ -67,6 +67,10 @@ static int builder_init(struct builder *b, struct brick_source *source, const ch
                           "codec %s with a tolerance of %g: only zfp takes one, and needs it",
                           brick_codec_name(params->codec), params->tolerance);
     b->threads = params->threads ? params->threads : brick_cores();
+    if (b->threads > 256) { /* the pool's limit, before anything is reckoned with it */
+        b->threads = 0;
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "%u threads are more than 256", params->threads);
+    }
     int code = brick_grid_init(&b->grid, convert_stored_type(source->type), &source->geometry, params->edge,
                                params->border, params->macrocell, err);
     if (code || (code = plan_make(&b->plan, &b->grid, source, params, b->threads, err)))

@@ -98,10 +98,14 @@ static void read_ring(struct feed *f)
             n = dims[2] - z;
         if (n > chunk)
             n = chunk;
-        /* A row's last slices must not wait for room that only its own encoding makes. */
-        uint64_t row = f->grid->edge - (z + f->grid->edge - f->grid->border) % f->grid->edge;
-        if (n > row)
-            n = row;
+        /* Waiting must not be for room that only the encoding of these slices makes: once every row that is
+         * complete is encoded, less than `row` slices are in use; or these do not go beyond the next row. */
+        uint64_t row = f->grid->edge + 2 * f->grid->border, rest = w->capacity > row ? w->capacity - row : 0;
+        uint64_t to_row = f->grid->edge - (z + f->grid->edge - f->grid->border) % f->grid->edge;
+        if (rest < to_row)
+            rest = to_row;
+        if (n > rest)
+            n = rest;
         if (!wait_for_room(f, n, w->capacity))
             return;
         struct brick_error error = {0};

@@ -9,7 +9,13 @@
 
 #include "encode.h"
 
-enum { PROGRAM_BYTES = 12 << 20, THREAD_BYTES = 1 << 20, SLOTS_A_THREAD = 64, STAGING_BYTES = 1 << 20 };
+enum {
+    PROGRAM_BYTES = 12 << 20,
+    THREAD_BYTES = 1 << 20,
+    SLOTS_A_THREAD = 64,
+    STAGING_BYTES = 1 << 20,
+    AHEAD_BYTES = 4 << 20
+};
 
 static uint64_t add(uint64_t a, uint64_t b)
 {
@@ -138,13 +144,15 @@ static bool choose(const struct planner *p, struct plan *plan)
 
 static bool choose_ring(const struct planner *p, struct plan *plan, uint64_t ahead)
 {
-    uint64_t nz = p->grid->level[0].dims[2], all = least(2 * p->grid->edge + 2 * p->grid->border, nz);
+    uint64_t nz = p->grid->level[0].dims[2];
+    /* The next row of bricks, and of thin volumes enough that threads wake each other seldom. */
+    uint64_t all = most(2 * p->grid->edge + 2 * p->grid->border, AHEAD_BYTES / slice_bytes(p->grid, 0));
     plan->boxes = false;
     plan->ring_slices = least(row_slices(p->grid, 0) + ahead, nz);
     if (!choose(p, plan))
         return false;
     uint64_t more = (p->budget - plan->memory_bytes) / slice_bytes(p->grid, 0);
-    plan->ring_slices = least(add(plan->ring_slices, more), all);
+    plan->ring_slices = least(add(plan->ring_slices, more), least(all, nz));
     add_up(p, plan);
     return true;
 }

@@ -82,20 +82,22 @@ struct tile_job {
     struct box box; /* of coarse voxels */
     bool halved[3];
     uint64_t first_brick, bricks, first_ticket;
-    uint64_t lines, items_a_slice;
+    uint64_t lines; /* of an item of downsampling */
 };
 
+/* Lines [item * lines, (item + 1) * lines) of the box, counted through all its slices. */
 static void downsample_item(const struct tile_job *j, uint64_t item, struct costs *costs)
 {
-    uint64_t clock = brick_thread_ns(), n = j->box.hi[0] - j->box.lo[0];
-    uint64_t z = j->box.lo[2] + item / j->items_a_slice,
-             y = j->box.lo[1] + item % j->items_a_slice * j->lines;
-    uint64_t end = j->box.hi[1] - y < j->lines ? j->box.hi[1] : y + j->lines;
-    uint64_t below = j->fine->width << (j->halved[0] + j->halved[1] + j->halved[2]), lines = end - y;
-    for (; y < end; y++)
+    uint64_t clock = brick_thread_ns(), n = j->box.hi[0] - j->box.lo[0], ny = j->box.hi[1] - j->box.lo[1];
+    uint64_t line = item * j->lines, end = line + j->lines, all = ny * (j->box.hi[2] - j->box.lo[2]);
+    uint64_t below = j->fine->width << (j->halved[0] + j->halved[1] + j->halved[2]);
+    if (end > all)
+        end = all;
+    costs->stage[BRICK_STAGE_DOWNSAMPLE].bytes += n * (end - line) * below;
+    for (; line < end; line++)
         downsample_row(j->p->kernels, j->fine, j->coarse, j->halved, j->p->grid->type, j->p->nearest,
-                       j->box.lo[0], n, y, z);
-    costs_add(costs, BRICK_STAGE_DOWNSAMPLE, &clock, n * lines * below);
+                       j->box.lo[0], n, j->box.lo[1] + line % ny, j->box.lo[2] + line / ny);
+    costs_add(costs, BRICK_STAGE_DOWNSAMPLE, &clock, 0);
 }
 
 static int tile_item(void *context, uint64_t item, unsigned worker, struct brick_error *err)
@@ -134,10 +136,12 @@ int pyramid_tile(struct pyramid *p, const struct tile *tile, const struct window
         j.coarse = spooled ? &p->out : &p->window[next];
         if (spooled)
             cover(&p->out, &p->grid->level[next], &j.box);
-        uint64_t ny = j.box.hi[1] - j.box.lo[1];
+        uint64_t lines = (j.box.hi[1] - j.box.lo[1]) * (j.box.hi[2] - j.box.lo[2]);
         j.lines = 1 + ITEM_BYTES / 8 / ((j.box.hi[0] - j.box.lo[0]) * window->width);
-        j.items_a_slice = (ny + j.lines - 1) / j.lines;
-        items += j.items_a_slice * (j.box.hi[2] - j.box.lo[2]);
+        if (lines <= j.lines)
+            downsample_item(&j, 0, &p->costs[0]); /* less work than waking a worker */
+        else
+            items += (lines + j.lines - 1) / j.lines;
     }
     int code = brick_pool_run(p->pool, items, tile_item, &j, err);
     if (code || !spooled)

@@ -72,6 +72,16 @@ static bool build(struct memory_source *source, const struct brick_build_params 
     if (code)
         fail_msg("%s", err.message);
     assert_true(report.memory_bytes <= params->memory_bytes);
+    /* Every byte is read once, but for the borders of tiles: at worst of one brick, twice `border` on each
+     * axis. */
+    uint64_t read = report.stage[BRICK_STAGE_READ].bytes;
+    double border = 1.0 + 2.0 * params->border / params->edge;
+    assert_true(report.tiled ? (double)read < (double)report.input_bytes * border * border * border
+                             : read == report.input_bytes);
+    assert_int_equal(report.stage[BRICK_STAGE_COMPRESS].bytes == 0, report.bricks == report.bricks_constant);
+    for (int stage = 0; stage < BRICK_STAGES; stage++)
+        assert_int_equal(report.stage[stage].ns == 0, report.stage[stage].bytes == 0);
+    assert_non_null(brick_build_stage_name(brick_build_limit(&report)));
     seen->ring = seen->ring || !report.tiled;
     seen->tiles = seen->tiles || report.tiled;
     seen->spools = seen->spools || report.spooled_bytes;
