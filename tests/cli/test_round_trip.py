@@ -111,7 +111,7 @@ class RoundTrip(cli.Case):
     def test_determinism(self):
         data = cli.pack("i16", noise("i16"))
         self.convert("i16", data, "--threads", "1", name="one.brick")
-        for options in [["--threads", "2"], ["--threads", "7"], ["--memory", "4M"]]:
+        for options in [["--threads", "2"], ["--threads", "7"], ["--memory", "24M"]]:
             self.convert("i16", data, *options, name="many.brick")
             self.assertEqual(self.read("one.brick"), self.read("many.brick"), options)
 
