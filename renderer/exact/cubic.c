@@ -7,13 +7,14 @@
 #include <float.h>
 #include <math.h>
 
-/* out = a + x (b - a) with x = x0 + dx s; a and b of degree n - 1, out of degree n. */
+/* out = a + x (b - a) with x = x0 + dx s; a and b of degree n - 1, out of degree n. Counted from the nearer
+ * end, so that in a face nothing is left of the corners across from it, however large. */
 static void lerp_polynomials(const double *a, const double *b, int n, double x0, double dx, double *out)
 {
     double below = 0.0;
     for (int i = 0; i < n; i++) {
         double d = b[i] - a[i];
-        out[i] = a[i] + x0 * d + below;
+        out[i] = (x0 > 0.5 ? b[i] - (1.0 - x0) * d : a[i] + x0 * d) + below;
         below = dx * d;
     }
     out[n] = below;
@@ -136,25 +137,25 @@ double vr_cubic_solve(const struct vr_cubic *f, double v, double a, double b)
     return s;
 }
 
-int vr_cubic_sign_changes(const struct vr_cubic *f, double v, double s[3])
+int vr_cubic_sign_changes(const struct vr_cubic *f, double s[3])
 {
     double cuts[4] = {0.0};
     int turns = vr_cubic_extrema(f, cuts + 1), n = 0;
     cuts[turns + 1] = 1.0;
     for (int i = 0; i <= turns; i++) {
-        double from = vr_cubic_eval(f, cuts[i]) - v, to = vr_cubic_eval(f, cuts[i + 1]) - v;
+        double from = vr_cubic_eval(f, cuts[i]), to = vr_cubic_eval(f, cuts[i + 1]);
         if ((from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0))
-            s[n++] = vr_cubic_solve(f, v, cuts[i], cuts[i + 1]);
+            s[n++] = vr_cubic_solve(f, 0.0, cuts[i], cuts[i + 1]);
         else if (to == 0.0 && i < turns)
             s[n++] = cuts[i + 1];
     }
     return n;
 }
 
-static bool is_above(const struct vr_cubic *f, double v, struct twofold s)
+static bool is_above(const struct vr_cubic *f, struct twofold s)
 {
-    double sum = fabs(v) + fabs(f->c[0]) + fabs(f->c[1]) + fabs(f->c[2]) + fabs(f->c[3]);
-    const struct twofold c[4] = {two_sum(f->c[0], -v), {f->c[1], 0.0}, {f->c[2], 0.0}, {f->c[3], 0.0}};
+    double sum = fabs(f->c[0]) + fabs(f->c[1]) + fabs(f->c[2]) + fabs(f->c[3]);
+    const struct twofold c[4] = {{f->c[0], 0.0}, {f->c[1], 0.0}, {f->c[2], 0.0}, {f->c[3], 0.0}};
     return twofold_eval(c, 3, s).hi >= -0x1p-98 * sum;
 }
 
@@ -167,20 +168,20 @@ static struct twofold turning_point(const struct vr_cubic *f, double s)
     return fabs(correction) < 0x1p-40 ? two_sum(s, -correction) : (struct twofold){s, 0.0};
 }
 
-bool vr_cubic_first_crossing(const struct vr_cubic *f, double v, bool above_start, bool above_end, double *s)
+bool vr_cubic_first_crossing(const struct vr_cubic *f, bool above_start, bool above_end, double *s)
 {
     double cuts[4] = {0.0};
     int turns = vr_cubic_extrema(f, cuts + 1);
     cuts[turns + 1] = 1.0;
     for (int i = 1; i <= turns + 1; i++) {
         double a = cuts[i - 1], b = cuts[i];
-        if ((i > turns ? above_end : is_above(f, v, turning_point(f, b))) == above_start)
+        if ((i > turns ? above_end : is_above(f, turning_point(f, b))) == above_start)
             continue;
         while (b - a > 0x1p-60) {
             double middle = a + 0.5 * (b - a);
             if (!(middle > a && middle < b))
                 break;
-            if (is_above(f, v, (struct twofold){middle, 0.0}) == above_start)
+            if (is_above(f, (struct twofold){middle, 0.0}) == above_start)
                 a = middle;
             else
                 b = middle;

@@ -11,6 +11,14 @@
 
 #include <math.h>
 
+void vr_corners_subtract(struct vr_corners *corners, double value)
+{
+    corners->lo -= value;
+    corners->hi -= value;
+    for (int i = 0; i < 8; i++)
+        corners->value[i] -= value;
+}
+
 struct walk {
     double origin[3], direction[3]; /* in the level's index coordinates */
     int64_t cell[3];

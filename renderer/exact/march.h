@@ -14,6 +14,8 @@ struct vr_corners {
     double lo, hi; /* their range */
 };
 
+void vr_corners_subtract(struct vr_corners *corners, double value);
+
 /* Where cells come from; the first member of whatever implements it. One thread at a time. */
 struct vr_cells {
     uint64_t dims[3]; /* voxels of the level; cells run from -1 to dims - 1, the volume's edge repeated */

@@ -99,7 +99,7 @@ static void insert(double *cuts, int *count, double cut)
 static int cut_at_kinks(const struct vr_light *light, double cuts[7])
 {
     cuts[0] = 0.0;
-    return 1 + (light ? vr_cubic_sign_changes(&light->facing, 0.0, cuts + 1) : 0);
+    return 1 + (light ? vr_cubic_sign_changes(&light->facing, cuts + 1) : 0);
 }
 
 void vr_ray_add(struct vr_ray_integral *ray, const struct brick_transfer *transfer, const struct vr_cubic *f,

@@ -125,28 +125,29 @@ static int visit_iso(void *context, struct vr_cells *cells, const struct vr_step
 {
     struct trace *t = context;
     struct vr_segment segments[VR_MAX_SEGMENTS];
-    double v = t->look->isovalue;
+    struct vr_step less = *step; /* the isovalue: a voxel that has it is exactly 0 */
     (void)err;
     if (!step->present) {
         t->side = SIDE_NONE;
         return 0;
     }
-    if (step->corners.lo >= v || step->corners.hi < v) {
-        enum side side = step->corners.lo >= v ? SIDE_ABOVE : SIDE_BELOW;
+    vr_corners_subtract(&less.corners, t->look->isovalue);
+    if (less.corners.lo >= 0.0 || less.corners.hi < 0.0) {
+        enum side side = less.corners.lo >= 0.0 ? SIDE_ABOVE : SIDE_BELOW;
         if (t->side != SIDE_NONE && t->side != side)
             return hit(t, cells, step, 0.0);
         t->side = side;
         return 0;
     }
-    int n = vr_field_segments(t->look->field, cells, step, segments);
+    int n = vr_field_segments(t->look->field, cells, &less, segments);
+    t->out->light.evaluations++;
     for (int i = 0; i < n; i++) {
         const struct vr_segment *s = &segments[i];
-        bool above = s->from >= v, above_end = s->to >= v;
+        bool above = s->from >= 0.0, above_end = s->to >= 0.0;
         double at;
-        t->out->light.evaluations++;
         if (t->side != SIDE_NONE && t->side != (above ? SIDE_ABOVE : SIDE_BELOW))
             return hit(t, cells, step, s->a);
-        if (vr_cubic_first_crossing(&s->f, v, above, above_end, &at))
+        if (vr_cubic_first_crossing(&s->f, above, above_end, &at))
             return hit(t, cells, step, s->a + at * (s->b - s->a));
         t->side = above_end ? SIDE_ABOVE : SIDE_BELOW;
     }
