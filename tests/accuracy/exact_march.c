@@ -10,44 +10,10 @@
 
 #include <cmocka.h>
 
-#include "reference.h"
-#include "reference_volume.h"
+#include "memory_cells.h"
 #include "trace.h"
 
 #define TOLERANCE 1e-10
-
-enum { NX = 5, NY = 4, NZ = 6 };
-
-struct memory_cells {
-    struct vr_cells cells;
-    double voxels[NZ * NY * NX];
-    int64_t last[3];
-    uint64_t loads, jumps; /* cells asked for; steps to a cell that is no neighbour */
-};
-
-static int load(struct vr_cells *base, const int64_t cell[3], struct vr_corners *corners,
-                struct brick_error *err)
-{
-    struct memory_cells *m = (struct memory_cells *)base;
-    int64_t moved = 0;
-    (void)err;
-    for (int i = 0; i < 3; i++) {
-        assert_true(cell[i] >= -1 && cell[i] < (int64_t)m->cells.dims[i]);
-        moved += llabs(cell[i] - m->last[i]);
-        m->last[i] = cell[i];
-    }
-    m->jumps += m->loads > 0 && moved > 3;
-    m->loads++;
-    for (int i = 0; i < 8; i++) {
-        int64_t at[3];
-        for (int a = 0; a < 3; a++)
-            at[a] = reference_clamp(cell[a] + (i >> a & 1), (int64_t)m->cells.dims[a]);
-        corners->value[i] = m->voxels[(at[2] * NY + at[1]) * NX + at[0]];
-        if (!isfinite(corners->value[i]))
-            return 0;
-    }
-    return 1;
-}
 
 /* dvr; a vr_trace whose result is the integral. */
 static int march(struct memory_cells *m, const struct brick_transfer *transfer, const struct brick_ray *ray,
@@ -60,13 +26,6 @@ static int march(struct memory_cells *m, const struct brick_transfer *transfer, 
     return result;
 }
 
-static void fill(struct memory_cells *m, unsigned long long seed)
-{
-    *m = (struct memory_cells){.cells = {{NX, NY, NZ}, {1, 1, 1}, {0, 0, 0}, load, NULL}};
-    for (int i = 0; i < NX * NY * NZ; i++)
-        m->voxels[i] = reference_random(&seed);
-}
-
 static const struct brick_grid grid = {.dims = {NX, NY, NZ}};
 
 static void near(double a, double b, double tolerance)
@@ -74,41 +33,6 @@ static void near(double a, double b, double tolerance)
     if (!(fabs(a - b) <= tolerance))
         fail_msg("%.17g is not %.17g: %.3g off, %.3g allowed", a, b, a - b, tolerance);
 }
-
-/* Rays that make trouble: in faces and edges, through edges and corners, on the box's own faces, from inside,
- * and with directions that are almost along an axis. */
-static size_t awkward_rays(struct brick_ray *rays)
-{
-    static const double coordinate[] = {-0.5, 0.0, 1.0, 1.5, 2.0, 2.9999999999999996, 3.0, 3.5};
-    size_t n = 0;
-    for (int axis = 0; axis < 3; axis++)
-        for (int a = 0; a < 8; a++)
-            for (int b = 0; b < 8; b++)
-                for (int way = 0; way < 4; way++) {
-                    struct brick_ray *r = &rays[n++];
-                    for (int i = 0; i < 3; i++) {
-                        r->origin[i] = i == (axis + 1) % 3 ? coordinate[a] : coordinate[b];
-                        r->direction[i] = way & 2 ? (i == (axis + 1) % 3 ? 1e-17 : -3e-16) : 0.0;
-                    }
-                    r->origin[axis] = way & 1 ? 11.0 : -7.0;
-                    r->direction[axis] = way & 1 ? -1.0 : 1.0;
-                }
-    for (int x = -1; x <= 1; x++)
-        for (int y = -1; y <= 1; y++)
-            for (int z = -1; z <= 1; z++)
-                for (int start = 0; start < 4; start++) {
-                    if (x == 0 && y == 0 && z == 0)
-                        continue;
-                    /* through voxels, hence through corners and edges of cells; from outside and from inside
-                     */
-                    double back = start == 0 ? 0.0 : start == 1 ? 8.0 : start == 2 ? 1.0 / 3.0 : 1000.1;
-                    rays[n++] = (struct brick_ray){{2.0 - back * x, 2.0 - back * y, 2.0 - back * z},
-                                                   {x * 0.577, y * 0.577, z * 0.577}};
-                }
-    return n;
-}
-
-#define MAX_AWKWARD 1024
 
 /* In a volume of one extinction, alpha tells the length that was walked. */
 static void every_ray_is_covered_once(void **state)
@@ -143,17 +67,6 @@ static void every_ray_is_covered_once(void **state)
     }
     assert_true(hits > 5000);
     free(rays);
-}
-
-static struct reference_volume volume_of(const struct memory_cells *m)
-{
-    struct reference_volume v = {.voxels = m->voxels};
-    for (int i = 0; i < 3; i++) {
-        v.dims[i] = (int64_t)m->cells.dims[i];
-        v.scale[i] = m->cells.scale[i];
-        v.offset[i] = m->cells.offset[i];
-    }
-    return v;
 }
 
 static double difference(const struct reference *r, const struct vr_ray_integral *ray)
