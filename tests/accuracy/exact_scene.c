@@ -44,11 +44,17 @@ static double waves(int x, int y, int z)
            0.01 * (double)(noise64(1, (uint64_t)(x + N * (y + N * z))) % 101);
 }
 
-/* Half of it has no value: whole bricks and a part of one. */
-static double half_nan(int x, int y, int z)
+/* Above 1, then no value, then below; and the same the other way round, with bricks of nothing between. */
+static double gap(int x, int y, int z)
 {
     (void)y, (void)z;
-    return x < 11 ? (double)NAN : 2.0;
+    return x < 8 ? 2.0 : x < 10 ? (double)NAN : 0.0;
+}
+
+static double wide_gap(int x, int y, int z)
+{
+    (void)y, (void)z;
+    return x < 1 ? 0.0 : x < 18 ? (double)NAN : 2.0;
 }
 
 static struct brick_volume *make_volume(field_function *f, const double affine[3][4], uint32_t edge)
@@ -406,8 +412,8 @@ static void where_fields_agree(void **state)
 static void not_finite_bounds_no_surface(void **state)
 {
     (void)state;
-    for (uint32_t edge = 8; edge <= 16; edge *= 2) {
-        struct brick_volume *volume = make_volume(half_nan, NULL, edge);
+    for (int n = 0; n < 4; n++) {
+        struct brick_volume *volume = make_volume(n & 1 ? gap : wide_gap, NULL, n & 2 ? 8 : 16);
         struct vr_scene scene = make_scene(volume, BRICK_MODE_ISO, 60, 10, 0);
         struct shot shot;
         scene.isovalue = 1.0;
