@@ -239,9 +239,7 @@ static void no_ray_slips_through(void **state)
 /* Sides of constant cells and of cells that are not finite. */
 static void sides_by_the_rule(void **state)
 {
-    /* the second meets voxels at places that are not binary */
-    static const struct brick_ray rays[2] = {{{-3.0, 1.5, 2.5}, {1.0, 0.0, 0.0}},
-                                             {{-3.3, 1.5, 2.5}, {1.0 / 0.9570312, 0.0, 0.0}}};
+    enum { RAYS = 20 }; /* all but the first meet voxels at places that are not binary */
     struct vr_look look = look_of(BRICK_MODE_ISO, NULL, identity);
     static const struct {
         double along_x[NX], hit_x; /* NaN: none */
@@ -255,21 +253,22 @@ static void sides_by_the_rule(void **state)
         {{NAN, 2, 0, 0, 0}, 1.5}, {{0, 0, INFINITY, 0, 2}, 3.5},
     };
     (void)state;
-    for (size_t n = 0; n < 4 * sizeof cases / sizeof cases[0]; n++) {
-        const struct brick_ray *ray = &rays[n % 2];
-        double hit_x = cases[n / 4].hit_x, enter, leave;
+    for (size_t n = 0; n < 2 * RAYS * sizeof cases / sizeof cases[0]; n++) {
+        double number = (double)(n / 2 % RAYS), hit_x = cases[n / 2 / RAYS].hit_x, enter, leave;
+        const struct brick_ray ray = {{-3.0 - 0.1 * number, 1.5, 2.5},
+                                      {1.0 / (1.0 + 0.037 * number), 0.0, 0.0}};
         struct memory_cells m;
         struct vr_traced traced;
         fill(&m, 1);
         for (int i = 0; i < NX * NY * NZ; i++)
-            m.voxels[i] = cases[n / 4].along_x[i % NX];
+            m.voxels[i] = cases[n / 2 / RAYS].along_x[i % NX];
         look.isovalue = 1.0;
-        look.field = fields[n / 2 % 2];
-        assert_true(brick_ray_span(ray, &grid, &enter, &leave));
-        assert_int_equal(vr_trace(&look, &m.cells, ray, enter, leave, &traced, NULL), BRICK_OK);
+        look.field = fields[n % 2];
+        assert_true(brick_ray_span(&ray, &grid, &enter, &leave));
+        assert_int_equal(vr_trace(&look, &m.cells, &ray, enter, leave, &traced, NULL), BRICK_OK);
         assert_true(isfinite(traced.hit_mm) == !isnan(hit_x));
         if (!isnan(hit_x))
-            near(ray->origin[0] + traced.hit_mm * ray->direction[0], hit_x, 1e-14);
+            near(ray.origin[0] + traced.hit_mm * ray.direction[0], hit_x, 1e-14);
     }
 }
 

@@ -57,6 +57,13 @@ static double wide_gap(int x, int y, int z)
     return x < 1 ? 0.0 : x < 18 ? (double)NAN : 2.0;
 }
 
+/* A brick of nothing beside one that is wholly above. */
+static double aligned_gap(int x, int y, int z)
+{
+    (void)y, (void)z;
+    return x < 8 ? (double)NAN : 2.0;
+}
+
 static struct brick_volume *make_volume(field_function *f, const double affine[3][4], uint32_t edge)
 {
     static float voxels[N * N * N];
@@ -411,9 +418,10 @@ static void where_fields_agree(void **state)
 /* What has no value has no side: nothing is hit where it ends. */
 static void not_finite_bounds_no_surface(void **state)
 {
+    static field_function *const gaps[] = {gap, wide_gap, aligned_gap};
     (void)state;
-    for (int n = 0; n < 4; n++) {
-        struct brick_volume *volume = make_volume(n & 1 ? gap : wide_gap, NULL, n & 2 ? 8 : 16);
+    for (int n = 0; n < 6; n++) {
+        struct brick_volume *volume = make_volume(gaps[n / 2], NULL, n % 2 ? 8 : 16);
         struct vr_scene scene = make_scene(volume, BRICK_MODE_ISO, 60, 10, 0);
         struct shot shot;
         scene.isovalue = 1.0;
