@@ -193,6 +193,18 @@ const char *tool_parse_spacing(const char *text, void *target, const struct tool
     return NULL;
 }
 
+const char *tool_parse_plane(const char *text, void *target, const struct tool_limits *limits)
+{
+    double v[4];
+    (void)limits;
+    if (!scan_reals(text, v, 4))
+        return "is not four numbers with commas between";
+    if (v[0] == 0 && v[1] == 0 && v[2] == 0)
+        return "has a normal of zero";
+    memcpy(target, v, sizeof v);
+    return NULL;
+}
+
 const char *tool_parse_affine(const char *text, void *target, const struct tool_limits *limits)
 {
     double v[12];

@@ -13,6 +13,13 @@
 
 enum vr_context_kind { VR_CONTEXT_AUTO, VR_CONTEXT_EGL, VR_CONTEXT_OSMESA };
 
+/* Keeps the points of the world with normal . x >= offset. */
+struct vr_plane {
+    double normal[3]; /* of any length but 0 */
+    double offset_mm; /* times the normal's length */
+};
+#define VR_MAX_CLIP_PLANES 6
+
 /* What is in the picture. Plain values; the transfer function stays the caller's and lives for the call. */
 struct vr_scene {
     enum brick_mode mode;
@@ -25,6 +32,9 @@ struct vr_scene {
     uint32_t level;
     /* Blinn-Phong, headlight, two-sided (shaded, iso). */
     double ambient, diffuse, specular, shininess;
+    /* Only what all of them keep is there; an isosurface has no caps where it is cut. */
+    struct vr_plane clip[VR_MAX_CLIP_PLANES];
+    uint32_t clip_count;
 };
 extern const struct vr_scene vr_scene_defaults;
 
@@ -64,16 +74,30 @@ int vr_renderer_create(struct vr_renderer **renderer, const struct brick_volume 
 void vr_renderer_destroy(struct vr_renderer **renderer);
 
 /* Single-pass GPU raycasting. image has scene->width x scene->height. BRICK_ERR_MEMORY when the active set
- * does not fit the cache, with the size that would do. */
+ * does not fit the cache, with the size that would do; BRICK_ERR_UNSUPPORTED for clip planes. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 
-/* The exact reference, on the CPU in double precision: mode dvr, right to 1e-10 absolute per channel before
- * rounding to float32; no step size. BRICK_ERR_UNSUPPORTED for other modes. */
+/* What is interpolated between voxels. Other fields than the trilinear one are what some methods converge to;
+ * gradients are the trilinear field's in all of them. */
+enum vr_field {
+    VR_FIELD_TRILINEAR,
+    VR_FIELD_TETRAHEDRA,   /* linear on five tetrahedra a cell (Maximo et al. 2008, section 4.1) */
+    VR_FIELD_PRECLASSIFIED /* trilinear in the colour and, apart from it, the extinction of classified voxels
+                              (Wilson et al. 1994); dvr and shaded only */
+};
+
+/* The exact reference, on the CPU in double precision; no step size. dvr and shaded are right to 1e-10
+ * absolute per channel before rounding to float32, iso and mip to the rounding of double. iso: the first t
+ * where the side of the isovalue changes, f >= V being above; cells with a corner that is not finite have no
+ * side and bound no surface. BRICK_ERR_UNSUPPORTED for iso and mip of pre-classified voxels. */
 struct vr_exact_params {
     uint64_t host_cache_bytes;
     unsigned threads;
     double tolerance; /* absolute, per channel and ray */
+    enum vr_field field;
+    double *hit_mm; /* iso: t of every pixel's hit (brick/camera.h), infinite where there is none; width *
+                       height, the caller's; NULL: not wanted */
 };
 extern const struct vr_exact_params vr_exact_defaults;
 int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *scene,
