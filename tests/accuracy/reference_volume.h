@@ -42,7 +42,8 @@ static inline long double reference_field(void *context, long double t)
             w *= i >> a & 1 ? x[a] : 1.0L - x[a];
             at[a] = reference_clamp(cell[a] + (i >> a & 1), v->dims[a]);
         }
-        sum += w * v->voxels[(at[2] * v->dims[1] + at[1]) * v->dims[0] + at[0]];
+        if (w != 0.0L) /* a voxel that is not finite has no say beyond the faces of its cells */
+            sum += w * v->voxels[(at[2] * v->dims[1] + at[1]) * v->dims[0] + at[0]];
     }
     return sum;
 }

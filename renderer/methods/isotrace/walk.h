@@ -69,7 +69,6 @@ const struct vr_iso_kernel *vr_iso_kernel_of(enum brick_type type, bool tiled);
 struct vr_iso_frame {
     const struct brick_grid *grid;
     const struct brick_level *level;
-    uint32_t level_number;
     const struct vr_iso_kernel *kernel;
     struct vr_iso_level surface[VR_ISO_MAX_SURFACES];
     uint32_t surfaces;
