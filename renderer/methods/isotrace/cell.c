@@ -90,7 +90,7 @@ int vr_iso_cell(struct vr_iso_walk *walk, const struct vr_iso_block *block, cons
     double enter[3], leave[3], stops[4];
     int changes = 0, extrema = -1;
     walk->activity->cells++;
-    walk->activity->phase = VR_ISO_INTERSECTION;
+    vr_iso_now(walk->activity, VR_ISO_INTERSECTION);
     for (int i = 0; i < 3; i++) {
         double base = r->origin[i] - (double)(block->lo[i] + at[i]);
         enter[i] = clamp(base + t0 * r->direction[i], 0.0, 1.0);
@@ -114,7 +114,7 @@ int vr_iso_cell(struct vr_iso_walk *walk, const struct vr_iso_block *block, cons
         }
     }
     int code = 0;
-    walk->activity->phase = VR_ISO_SHADING;
+    vr_iso_now(walk->activity, VR_ISO_SHADING);
     for (int i = 0; i < changes && !code; i++) {
         struct vr_iso_hit hit = {
             .t = t0 + change[i].s * (t1 - t0), .surface = change[i].surface, .light = 1.0};
@@ -129,6 +129,6 @@ int vr_iso_cell(struct vr_iso_walk *walk, const struct vr_iso_block *block, cons
         if (!code && walk->transmittance <= frame->termination)
             code = 1;
     }
-    walk->activity->phase = VR_ISO_TRAVERSAL;
+    vr_iso_now(walk->activity, VR_ISO_TRAVERSAL);
     return code;
 }

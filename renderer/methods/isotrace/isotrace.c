@@ -154,13 +154,13 @@ static int render_tile(const struct picture *p, struct worker *w, uint32_t tile,
             n++;
         }
     int code = vr_iso_trace(w->walk, n, &w->pin, err);
-    w->activity.phase = VR_ISO_SHADING;
+    vr_iso_now(&w->activity, VR_ISO_SHADING);
     if (!code && p->shading.shadows)
         code = cast_shadows(p, w, n, err);
     for (size_t i = 0; i < n && !code; i++)
         if (w->walk[i].hit_count)
             vr_iso_shade(&p->shading, &w->walk[i], &w->ray[i], rgba[i]);
-    w->activity.phase = VR_ISO_TRAVERSAL;
+    vr_iso_now(&w->activity, VR_ISO_TRAVERSAL);
     return code;
 }
 
@@ -267,7 +267,7 @@ static void *sample_phases(void *argument)
     while (!atomic_load(&s->stop)) {
         nanosleep(&pause, NULL);
         for (unsigned i = 0; i < s->tracer->threads; i++)
-            switch (s->tracer->workers[i].activity.phase) {
+            switch (atomic_load_explicit(&s->tracer->workers[i].activity.phase, memory_order_relaxed)) {
             case VR_ISO_TRAVERSAL:
                 s->profile->traversal++;
                 break;

@@ -132,44 +132,31 @@ static inline int NAME(cells)(struct vr_iso_walk *walk, const struct vr_iso_bloc
 static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *block, double t, int axis,
                          struct brick_error *err)
 {
-    const struct vr_iso_frame *frame = walk->frame;
     const struct vr_iso_ray *r = &walk->ray;
-    const bool skip = frame->skip && block->ranges;
+    const bool skip = walk->frame->skip && block->ranges;
     const uint32_t shift = skip ? block->macro_shift : 30; /* without the hierarchy one macrocell holds all */
-    int32_t at[3], macro[3], macros[3], first[3], end[3];
+    const VOXEL *ranges = block->ranges;
+    int32_t at[3], macro[3], macros[3], first[3], end[3], move[3];
+    int32_t index = 0, stride = 2;
     double next[3];
 
     for (int i = 0; i < 3; i++) {
-        int64_t cell = vr_iso_cell_on(r, i, t, axis) - block->lo[i];
-        int32_t low = block->first[i] - block->edge_low[i], high = block->end[i] - 1;
-        if (i == axis) /* known, whatever rounding says of a point on a plane */
-            cell = r->up[i] ? block->first[i] : high;
-        at[i] = cell < low ? low : cell > high ? high : (int32_t)cell;
+        at[i] = vr_iso_block_cell(r, block, i, t, axis, block->first[i] - block->edge_low[i], block->end[i]);
         macros[i] = skip ? block->macros[i] : 1;
         macro[i] = at[i] < block->first[i] ? 0 : (at[i] - block->first[i]) >> shift;
+        next[i] = vr_iso_macro_exit(r, block, i, macro[i], macros[i], shift);
+        move[i] = r->up[i] ? stride : -stride;
+        index += macro[i] * stride;
+        stride *= macros[i];
     }
     for (bool entered = true;; entered = false) {
-        for (int i = 0; i < 3; i++) {
-            bool low = macro[i] == 0, high = macro[i] + 1 == macros[i];
-            if (entered || i == axis) {
+        if (!skip || NAME(mixed)(walk->frame, ranges[index], ranges[index + 1])) {
+            for (int i = 0; i < 3; i++) {
+                bool low = macro[i] == 0, high = macro[i] + 1 == macros[i];
                 first[i] = block->first[i] + (low ? -(int32_t)block->edge_low[i] : macro[i] << shift);
                 end[i] = high ? block->end[i] : block->first[i] + ((macro[i] + 1) << shift);
-                bool never = r->up[i] ? high && block->edge_high[i] : low && block->edge_low[i];
-                next[i] =
-                    never ? INFINITY : vr_iso_meets(r, i, block->lo[i] + (r->up[i] ? end[i] : first[i]));
-            }
-        }
-        bool open = true;
-        if (skip) {
-            const VOXEL *range =
-                (const VOXEL *)block->ranges + 2 * ((macro[2] * macros[1] + macro[1]) * macros[0] + macro[0]);
-            open = NAME(mixed)(frame, range[0], range[1]);
-        }
-        if (open) {
-            for (int i = 0; i < 3 && !entered; i++) {
-                int64_t cell = i == axis ? (r->up[i] ? first[i] : end[i] - 1)
-                                         : vr_iso_cell_on(r, i, t, axis) - block->lo[i];
-                at[i] = cell < first[i] ? first[i] : cell >= end[i] ? end[i] - 1 : (int32_t)cell;
+                if (!entered)
+                    at[i] = vr_iso_block_cell(r, block, i, t, axis, first[i], end[i]);
             }
             int code = NAME(cells)(walk, block, first, end, t, axis, at, err);
             if (code)
@@ -178,8 +165,10 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
         axis = vr_iso_first(next);
         t = next[axis];
         macro[axis] += r->up[axis] ? 1 : -1;
-        if (!(t < r->leave) || macro[axis] < 0 || macro[axis] >= macros[axis])
+        if (!(t < r->leave) || (uint32_t)macro[axis] >= (uint32_t)macros[axis])
             return 0;
+        index += move[axis];
+        next[axis] = vr_iso_macro_exit(r, block, axis, macro[axis], macros[axis], shift);
     }
 }
 

@@ -12,39 +12,6 @@
 
 #include "pins.h"
 
-static int64_t floor_i64(double v)
-{
-    int64_t i = (int64_t)v;
-    return i - ((double)i > v);
-}
-
-/* Is a plane of `axis`, met at p, behind? */
-static bool passed(double p, double t, bool ties)
-{
-    return ties ? p <= t : p < t;
-}
-
-int64_t vr_iso_cell_on(const struct vr_iso_ray *ray, int axis, double t, int crossed)
-{
-    int64_t cell = floor_i64(ray->origin[axis] + t * ray->direction[axis]);
-    if (!ray->moves[axis])
-        return cell;
-    bool ties = crossed < 0 || axis < crossed;
-    /* Rounding may be off by a plane; the planes themselves decide. */
-    if (ray->up[axis]) {
-        while (passed(vr_iso_meets(ray, axis, cell + 1), t, ties))
-            cell++;
-        while (!passed(vr_iso_meets(ray, axis, cell), t, ties))
-            cell--;
-    } else {
-        while (passed(vr_iso_meets(ray, axis, cell), t, ties))
-            cell--;
-        while (!passed(vr_iso_meets(ray, axis, cell + 1), t, ties))
-            cell++;
-    }
-    return cell;
-}
-
 static void set_up(struct vr_iso_ray *r, const struct brick_level *level, const struct brick_ray *ray,
                    double enter_mm, double leave_mm)
 {

@@ -3,6 +3,8 @@
 #ifndef RENDERER_ISOTRACE_WALK_H
 #define RENDERER_ISOTRACE_WALK_H
 
+#include <math.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -80,9 +82,14 @@ struct vr_iso_frame {
 
 /* What a thread does at this moment, and has done. */
 struct vr_iso_activity {
-    uint64_t cells;         /* whose cubic was formed */
-    volatile uint8_t phase; /* enum vr_iso_phase, for the profile */
+    uint64_t cells;     /* whose cubic was formed */
+    atomic_uchar phase; /* enum vr_iso_phase, read by the profile's thread */
 };
+
+static inline void vr_iso_now(struct vr_iso_activity *activity, enum vr_iso_phase phase)
+{
+    atomic_store_explicit(&activity->phase, (unsigned char)phase, memory_order_relaxed);
+}
 
 /* A ray under way, waiting at a brick through which a surface may pass. */
 struct vr_iso_walk {
@@ -129,8 +136,59 @@ static inline int vr_iso_first(const double t[3])
     return t[axis] <= t[2] ? axis : 2;
 }
 
-/* The level's cell that the ray is in on one axis after crossing a plane of another axis at t: crossings are
- * in order of t, at the same t in order of axes. */
-int64_t vr_iso_cell_on(const struct vr_iso_ray *ray, int axis, double t, int crossed);
+/* The level's cell that the ray is in on one axis after crossing a plane of axis `crossed` at t (-1: none, it
+ * starts there): crossings are in order of t, at the same t in order of axes. Rounding may put the point off
+ * by a plane; the planes themselves decide. */
+static inline int64_t vr_iso_cell_on(const struct vr_iso_ray *ray, int axis, double t, int crossed)
+{
+    double p = ray->origin[axis] + t * ray->direction[axis];
+    int64_t cell = (int64_t)p;
+    cell -= (double)cell > p;
+    if (!ray->moves[axis])
+        return cell;
+    bool ties = crossed < 0 || axis < crossed; /* a plane met at t itself is behind */
+#define BEHIND(plane) (ties ? vr_iso_meets(ray, axis, plane) <= t : vr_iso_meets(ray, axis, plane) < t)
+    if (ray->up[axis]) {
+        while (BEHIND(cell + 1))
+            cell++;
+        while (!BEHIND(cell))
+            cell--;
+    } else {
+        while (BEHIND(cell))
+            cell--;
+        while (!BEHIND(cell + 1))
+            cell++;
+    }
+#undef BEHIND
+    return cell;
+}
+
+/* The same as an offset in a block, among its cells [first, end). */
+static inline int32_t vr_iso_block_cell(const struct vr_iso_ray *ray, const struct vr_iso_block *block,
+                                        int axis, double t, int crossed, int32_t first, int32_t end)
+{
+    if (axis == crossed) /* known, whatever rounding says of a point on a plane */
+        return ray->up[axis] ? first : end - 1;
+    int64_t cell = vr_iso_cell_on(ray, axis, t, crossed) - block->lo[axis];
+    return cell < first ? first : cell >= end ? end - 1 : (int32_t)cell;
+}
+
+/* Where the ray leaves a macrocell on an axis; at the volume's edge nowhere. */
+static inline double vr_iso_macro_exit(const struct vr_iso_ray *ray, const struct vr_iso_block *block,
+                                       int axis, int32_t macro, int32_t macros, uint32_t shift)
+{
+    int32_t plane = block->first[axis] + (macro << shift);
+    if (ray->up[axis]) {
+        plane += INT32_C(1) << shift;
+        if (macro + 1 == macros) {
+            if (block->edge_high[axis])
+                return INFINITY;
+            plane = block->end[axis];
+        }
+    } else if (macro == 0 && block->edge_low[axis]) {
+        return INFINITY;
+    }
+    return vr_iso_meets(ray, axis, block->lo[axis] + plane);
+}
 
 #endif
