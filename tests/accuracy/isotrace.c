@@ -381,12 +381,72 @@ static void spheres_are_round(void **state)
     brick_volume_close(&volume);
 }
 
+/* A ragged wall between below and above, of values over sixty decades, so that every interpolation rounds;
+ * rays through voxels, along edges and diagonals, and beside them by a hair, from one side to the other. Each
+ * must change side an odd number of times: one lost between two cells makes it even. All hits are kept, as
+ * nothing is opaque. */
+static void no_ray_slips_through(void **state)
+{
+    enum { S = 40 };
+    static float voxels[S * S * S];
+    unsigned long long seed = 31;
+    int rays = 0, many = 0;
+    (void)state;
+    for (uint64_t i = 0; i < S * S * S; i++) {
+        uint64_t x = i % S, wall = 14 + noise64(41, i / S) % 12;
+        double size = pow(10.0, (double)(noise64(42, i) % 60) - 29.0);
+        voxels[i] = (float)(x < wall ? -size : size);
+    }
+    struct memory_source source;
+    struct brick_build_params params = brick_build_defaults;
+    memory_source_init(&source, BRICK_F32, S, S, S, voxels);
+    params.edge = 8;
+    params.macrocell = 4;
+    struct brick_volume *volume = build_and_open(&source, "wall.brick", &params);
+    struct tracer t;
+    tracer_init(&t, volume, 0, 1e-35);
+    t.frame.surface[0].opacity = 0.0;
+    for (int i = 0; i < 60000; i++) {
+        struct brick_ray ray;
+        double enter, leave;
+        int kind = i % 4;
+        for (int k = 0; k < 3; k++) { /* through a voxel in the wall, mostly along x */
+            ray.origin[k] = floor(14.0 + 12.0 * reference_random(&seed));
+            ray.direction[k] = floor(3.0 * reference_random(&seed)) - 1.0;
+            if (kind == 1)
+                ray.direction[k] *= 0.1 * floor(1.0 + 9.0 * reference_random(&seed));
+            if (kind == 2 && k)
+                ray.direction[k] *= 1e-16;
+            if (kind == 3)
+                ray.origin[k] += 0x1p-48 * floor(3.0 * reference_random(&seed) - 1.0);
+        }
+        ray.direction[0] = reference_random(&seed) < 0.5 ? -1.0 : 1.0;
+        for (int k = 0; k < 3; k++)
+            ray.origin[k] -= 64.0 * ray.direction[k];
+        if (!brick_ray_span(&ray, brick_volume_grid(volume), &enter, &leave))
+            continue;
+        double x0 = ray.origin[0] + enter * ray.direction[0], x1 = ray.origin[0] + leave * ray.direction[0];
+        if (fmin(x0, x1) > 12.0 || fmax(x0, x1) < 27.0)
+            continue; /* not all the way through */
+        first_hit(&t, &ray, enter, leave);
+        if (t.walk.hit_count % 2 == 0)
+            fail_msg("ray %d of kind %d changes side %zu times", i, kind, t.walk.hit_count);
+        rays++;
+        many += t.walk.hit_count > 1;
+    }
+    print_message("%d rays, %d of them change side more than once\n", rays, many);
+    assert_true(rays > 10000 && many > 1000);
+    tracer_finish(&t);
+    brick_volume_close(&volume);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(noise_agrees),           cmocka_unit_test(plateaus_agree),
         cmocka_unit_test(nan_cells_have_no_side), cmocka_unit_test(nothing_between_nan),
         cmocka_unit_test(planes_are_exact),       cmocka_unit_test(spheres_are_round),
+        cmocka_unit_test(no_ray_slips_through),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,9 +18,10 @@ static double clamp(double v, double lo, double hi)
     return v < lo ? lo : v > hi ? hi : v;
 }
 
+/* From a at 0 to b at 1, both exactly, and never outside of them. */
 static double between(double a, double b, double s)
 {
-    double v = a + s * (b - a);
+    double v = s < 0.5 ? a + s * (b - a) : b - (1.0 - s) * (b - a);
     return a < b ? clamp(v, a, b) : clamp(v, b, a);
 }
 
