@@ -18,11 +18,11 @@ static double clamp(double v, double lo, double hi)
     return v < lo ? lo : v > hi ? hi : v;
 }
 
-/* From a at 0 to b at 1, both exactly, and never outside of them. */
+/* From a at 0 to b at 1, both exactly, and in between never outside of them: rounding is monotone, and from
+ * the nearer end it is less than half the way. */
 static double between(double a, double b, double s)
 {
-    double v = s < 0.5 ? a + s * (b - a) : b - (1.0 - s) * (b - a);
-    return a < b ? clamp(v, a, b) : clamp(v, b, a);
+    return s < 0.5 ? a + s * (b - a) : b - (1.0 - s) * (b - a);
 }
 
 /* At p on the face of the cell that is across `axis`, the far one or the near one. */
