@@ -22,19 +22,21 @@ struct request {
     struct vr_quality quality;
     struct vr_renderer_params renderer;
     struct fmt_image_params image;
+    struct tool_list clip;
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, context;
+    int mode, method, context, field;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
-    bool has_step, has_termination, has_refinements, has_cache, has_context;
+    bool has_step, has_termination, has_refinements, has_cache, has_context, has_field;
     bool has_opacity, no_skip, json, quiet;
 };
 
-/* Mode and context are in the order of their enums. */
+/* Mode, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
+static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const filters[] = {"exact", NULL};
 
 /* -1, or the exit code of a usage error. */
@@ -77,12 +79,16 @@ static int check_request(const struct request *request)
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
     if (request->method == METHOD_EXACT) {
-        if (request->mode != BRICK_MODE_DVR)
-            return tool_misuse("render", "--method exact renders --mode dvr only");
-        if (request->has_step || request->has_termination || request->no_skip)
-            return tool_misuse("render", "--method exact has no --step, --termination or --no-skip");
+        if (request->has_step || request->has_termination || request->no_skip || request->has_refinements)
+            return tool_misuse("render",
+                               "--method exact has no --step, --termination, --refinements or --no-skip");
+        if (request->field == VR_FIELD_PRECLASSIFIED && request->mode != BRICK_MODE_DVR &&
+            request->mode != BRICK_MODE_SHADED)
+            return tool_misuse("render", "--field preclassified goes with --mode dvr or shaded");
         if (request->has_cache || request->has_context)
             return tool_misuse("render", "--method exact runs on the CPU, without --gpu-cache and --context");
+    } else if (request->has_field || request->clip.count) {
+        return tool_misuse("render", "--field and --clip go with --method exact");
     }
     return check_isotrace(request);
 }
@@ -136,6 +142,24 @@ static int trace_surfaces(const struct request *request, const struct brick_volu
     return code;
 }
 
+/* -1, or the exit code of a usage error. */
+static int read_clip_planes(const struct tool_list *list, struct vr_scene *scene)
+{
+    static const struct tool_limits any = {0};
+    if (list->count > VR_MAX_CLIP_PLANES)
+        return tool_misuse("render", "--clip may be given %d times", VR_MAX_CLIP_PLANES);
+    for (size_t i = 0; i < list->count; i++) {
+        double plane[4];
+        const char *wrong = tool_parse_plane(list->item[i], plane, &any);
+        if (wrong)
+            return tool_misuse("render", "--clip '%s' %s", list->item[i], wrong);
+        memcpy(scene->clip[i].normal, plane, sizeof scene->clip[i].normal);
+        scene->clip[i].offset_mm = plane[3];
+    }
+    scene->clip_count = (uint32_t)list->count;
+    return -1;
+}
+
 static int make_image(const struct request *request, const struct brick_volume *volume,
                       struct brick_image *image, struct vr_report *report, struct brick_error *err)
 {
@@ -156,6 +180,7 @@ static int make_image(const struct request *request, const struct brick_volume *
         struct vr_exact_params params = vr_exact_defaults;
         params.host_cache_bytes = request->renderer.host_cache_bytes;
         params.threads = request->renderer.threads;
+        params.field = (enum vr_field)request->field;
         code = vr_render_exact(volume, &scene, &params, image, report, err);
     } else if (!code && request->method == METHOD_ISOTRACE) {
         code = trace_surfaces(request, volume, &scene, image, report, err);
@@ -259,8 +284,13 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help = "raycast (default), isotrace: isosurfaces, ray traced on\nthe CPU, or exact: the integral "
-                 "itself, right to 1e-10,\nfor dvr, on the CPU"},
+         .help = "raycast (default), isotrace: isosurfaces, ray traced on\nthe CPU, or exact: no step size, "
+                 "right to 1e-10, on the CPU"},
+        {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
+         .limits = {.choices = fields},
+         .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
+        {"clip", .value = "A,B,C,D", .parse = tool_parse_list, .target = &r.clip,
+         .help = "exact: keep A x + B y + C z >= D, in mm; up to 6 times"},
         {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit, .given = &r.has_camera,
          .help = "azimuth and elevation in degrees (default 0,0: from\nthe front)"},
         {"eye", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.eye, .given = &r.has_eye,
@@ -317,6 +347,8 @@ int cmd_render(int argc, char **argv)
     int code = tool_options(&usage, argc, argv, &first);
     if (code < 0)
         code = check_request(&r);
+    if (code < 0)
+        code = read_clip_planes(&r.clip, &r.scene);
     if (code >= 0)
         return code;
     r.scene.width = size[0];

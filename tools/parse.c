@@ -210,6 +210,18 @@ const char *tool_parse_spacing(const char *text, void *target, const struct tool
     return NULL;
 }
 
+const char *tool_parse_plane(const char *text, void *target, const struct tool_limits *limits)
+{
+    double v[4];
+    (void)limits;
+    if (!scan_reals(text, v, 4))
+        return "is not four numbers with commas between";
+    if (v[0] == 0 && v[1] == 0 && v[2] == 0)
+        return "has a normal of zero";
+    memcpy(target, v, sizeof v);
+    return NULL;
+}
+
 const char *tool_parse_affine(const char *text, void *target, const struct tool_limits *limits)
 {
     double v[12];
@@ -295,7 +307,7 @@ const char *tool_parse_codec(const char *text, void *target, const struct tool_l
     enum brick_codec codec = brick_codec_from_name(text);
     (void)limits;
     if (codec == BRICK_CODEC_COUNT)
-        return "is none of none, lz4 and zstd";
+        return "is none of none, lz4, lz4-bitshuffle, zstd, zstd-delta and zfp";
     *(enum brick_codec *)target = codec;
     return NULL;
 }

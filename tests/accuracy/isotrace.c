@@ -166,7 +166,7 @@ static void compare(const struct brick_volume *volume, uint32_t level, double is
         } else {
             /* A root that a touching extremum has spread: the field there must be the isovalue to rounding.
              */
-            long double f = hit ? reference_field(&v, (long double)t_hit) : INFINITY;
+            long double f = hit ? iso_reference_field(&v, (long double)t_hit) : INFINITY;
             if (!(hit && r.hit && fabsl(f - isovalue) < 1e-12L * (long double)scale &&
                   fabs(t_hit - (double)r.t) < 1e-3))
                 fail_msg("ray %d: %s at %.12g, reference %s at %.12g (nearest %.3g)", i, hit ? "hit" : "miss",
