@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 int bench_render(int argc, char **argv);
+int bench_isotrace(int argc, char **argv);
 int bench_convert(int argc, char **argv);
 int bench_codecs(int argc, char **argv);
 

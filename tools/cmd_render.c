@@ -13,7 +13,7 @@
 #include "options.h"
 #include "transfer.h"
 
-enum { METHOD_RAYCAST, METHOD_EXACT };
+enum { METHOD_RAYCAST, METHOD_ISOTRACE, METHOD_EXACT };
 
 struct request {
     struct tool_list outputs;
@@ -23,19 +23,42 @@ struct request {
     struct vr_renderer_params renderer;
     struct fmt_image_params image;
     struct tool_list clip;
+    struct tool_reals iso, iso_opacity;
+    struct vr_isotrace_params isotrace;
     int mode, method, context, field;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field;
-    bool no_skip, json, quiet;
+    bool has_opacity, no_skip, json, quiet;
 };
 
 /* Mode, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
-static const char *const methods[] = {"raycast", "exact", NULL};
+static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const filters[] = {"exact", NULL};
+
+/* -1, or the exit code of a usage error. */
+static int check_isotrace(const struct request *request)
+{
+    if (request->method != METHOD_ISOTRACE) {
+        if (request->iso.count > 1 || request->has_opacity || request->isotrace.lit ||
+            request->isotrace.shadows)
+            return tool_misuse(
+                "render", "several --iso, --iso-opacity, --light and --shadows go with --method isotrace");
+        return -1;
+    }
+    if (request->mode != BRICK_MODE_ISO)
+        return tool_misuse("render", "--method isotrace renders --mode iso only");
+    if (request->has_opacity && request->iso_opacity.count != request->iso.count)
+        return tool_misuse("render", "--iso-opacity needs as many numbers as --iso");
+    if (request->has_step || request->has_refinements)
+        return tool_misuse("render", "--method isotrace has no --step or --refinements");
+    if (request->has_cache || request->has_context)
+        return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
+    return -1;
+}
 
 /* -1, or the exit code of a usage error. */
 static int check_request(const struct request *request)
@@ -67,7 +90,7 @@ static int check_request(const struct request *request)
     } else if (request->has_field || request->clip.count) {
         return tool_misuse("render", "--field and --clip go with --method exact");
     }
-    return -1;
+    return check_isotrace(request);
 }
 
 static void place_camera(const struct request *request, const struct brick_grid *grid,
@@ -83,6 +106,40 @@ static void place_camera(const struct request *request, const struct brick_grid 
         memcpy(camera->look_mm, request->look,
                sizeof camera->look_mm); /* else the box's centre, from the orbit */
     memcpy(camera->up, request->up, sizeof camera->up);
+}
+
+/* Surfaces coloured by the transfer function at their values, or else the first as any isosurface and the
+ * others each in a colour of its own. */
+static int trace_surfaces(const struct request *request, const struct brick_volume *volume,
+                          const struct vr_scene *scene, struct brick_image *image, struct vr_report *report,
+                          struct brick_error *err)
+{
+    static const double others[][3] = {
+        {0.7, 0.25, 0.15}, {0.2, 0.5, 0.75}, {0.3, 0.65, 0.25}, {0.75, 0.6, 0.15}};
+    const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
+                                            .threads = request->renderer.threads};
+    struct vr_iso_surface surfaces[TOOL_REALS_MAX];
+    struct vr_isotrace_params params = request->isotrace;
+    struct vr_isotracer *tracer = NULL;
+    double sigma;
+    for (uint32_t k = 0; k < request->iso.count; k++) {
+        surfaces[k].isovalue = request->iso.value[k];
+        surfaces[k].opacity = request->has_opacity ? request->iso_opacity.value[k] : 1.0;
+        memcpy(surfaces[k].rgb, k ? others[(k - 1) % TOOL_COUNT(others)] : scene->iso_rgb,
+               sizeof surfaces[k].rgb);
+        if (scene->transfer)
+            brick_transfer_eval(scene->transfer, surfaces[k].isovalue, surfaces[k].rgb, &sigma);
+    }
+    params.surfaces = surfaces;
+    params.surface_count = request->iso.count;
+    params.skip = !request->no_skip;
+    if (request->has_termination)
+        params.termination = request->quality.termination;
+    int code = vr_isotracer_create(&tracer, volume, &cpu, err);
+    if (!code)
+        code = vr_render_isotrace(tracer, scene, &params, image, report, err);
+    vr_isotracer_destroy(&tracer);
+    return code;
 }
 
 /* -1, or the exit code of a usage error. */
@@ -125,6 +182,8 @@ static int make_image(const struct request *request, const struct brick_volume *
         params.threads = request->renderer.threads;
         params.field = (enum vr_field)request->field;
         code = vr_render_exact(volume, &scene, &params, image, report, err);
+    } else if (!code && request->method == METHOD_ISOTRACE) {
+        code = trace_surfaces(request, volume, &scene, image, report, err);
     } else if (!code) {
         code = vr_renderer_create(&renderer, volume, &request->renderer, err);
         if (!code)
@@ -196,6 +255,7 @@ int cmd_render(int argc, char **argv)
         .quality = vr_quality_defaults,
         .renderer = vr_renderer_defaults,
         .image = fmt_image_defaults,
+        .isotrace = vr_isotrace_defaults,
         .up = {0, 0, 1},
     };
     uint32_t size[2] = {512, 512};
@@ -208,15 +268,24 @@ int cmd_render(int argc, char **argv)
          .help = "transfer function: ct-bone, ct-skin, mri, gray (default),\nor a JSON file"},
         {"mode", .value = "MODE", .parse = tool_parse_choice, .target = &r.mode, .limits = {.choices = modes},
          .help = "dvr (default), shaded, iso or mip"},
-        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.scene.isovalue, .given = &r.has_iso,
-         .help = "isovalue, physical"},
+        {"iso", .value = "V[,V...]", .parse = tool_parse_reals, .target = &r.iso, .given = &r.has_iso,
+         .help = "isovalue, physical; isotrace takes up to 16"},
+        {"iso-opacity", .value = "A[,A...]", .parse = tool_parse_reals, .target = &r.iso_opacity,
+         .given = &r.has_opacity, .limits = {.min = 0, .max = 1},
+         .help = "isotrace: opacity of each --iso (default 1)"},
+        {"light", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.isotrace.light,
+         .given = &r.isotrace.lit,
+         .help = "isotrace: direction towards the light, LPS (default:\nat the eye)"},
+        {"shadows", .target = &r.isotrace.shadows,
+         .help = "isotrace: shadows; without --light the light is over\nthe left shoulder"},
         {"size", .value = "WxH", .parse = tool_parse_picture, .target = size,
          .help = "pixels (default 512x512)"},
         {"step", .value = "S", .parse = tool_parse_positive, .target = &r.quality.step_vox,
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help = "raycast (default), or exact: no step size, right to\n1e-10, on the CPU"},
+         .help = "raycast (default), isotrace: isosurfaces, ray traced on\nthe CPU, or exact: no step size, "
+                 "right to 1e-10, on the CPU"},
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
@@ -284,6 +353,7 @@ int cmd_render(int argc, char **argv)
         return code;
     r.scene.width = size[0];
     r.scene.height = size[1];
+    r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
     r.renderer.context = (enum vr_context_kind)r.context;
     return render(&r, argv[first]);

@@ -160,6 +160,23 @@ const char *tool_parse_positive(const char *text, void *target, const struct too
     return NULL;
 }
 
+const char *tool_parse_reals(const char *text, void *target, const struct tool_limits *limits)
+{
+    struct tool_reals v = {.count = 0};
+    do {
+        if (v.count == TOOL_REALS_MAX)
+            return "has more than 16 numbers";
+        if (!scan_real(&text, &v.value[v.count]))
+            return "is not one number or several with commas between";
+        if (outside(v.value[v.count++], limits))
+            return "is out of range";
+    } while (scan_char(&text, ','));
+    if (*text)
+        return "is not one number or several with commas between";
+    memcpy(target, &v, sizeof v);
+    return NULL;
+}
+
 const char *tool_parse_pair(const char *text, void *target, const struct tool_limits *limits)
 {
     double v[2];

@@ -5,7 +5,7 @@ import re
 
 import cli
 
-COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench convert",
+COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench isotrace", "bench convert",
             "bench codecs"]
 
 
@@ -53,7 +53,8 @@ class Usage(cli.Case):
                            *[word for pair in options.items() for word in pair])
         for options in [["--size", "0x8"], ["--size", "8"], ["--step", "0"], ["--step", "-1"], ["--camera", "1"],
                         ["--fov", "180"], ["--ortho", "0"], ["--background", "2,0,0"], ["--mode", "xray"],
-                        ["--context", "glx"], ["--method", "fast"], ["--filter", "fast"]]:
+                        ["--iso", "1,,2"], ["--iso", "1,"], ["--iso", ",".join("1" * 17)], ["--iso-opacity", "1.5"],
+                        ["--light", "1,2"], ["--context", "glx"], ["--method", "fast"], ["--filter", "fast"]]:
             with self.subTest(options=options):
                 self.fails(2, options[0], "render", "a.brick", "-o", "a.png", *options)
         for region in ["0:1,0:1", "1:1,0:1,0:1", "2:1,0:1,0:1", "0:1,0:1,0:1,0:1", "0-1,0-1,0-1", "-1:1,0:1,0:1"]:
@@ -93,6 +94,16 @@ class Usage(cli.Case):
             ("6 times", ["render", "a.brick", "-o", "a.exr", "--method", "exact", *["--clip", "1,0,0,5"] * 7]),
             ("exact", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--step", "0.5"]),
             ("exact", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--context", "egl"]),
+            ("--mode iso only", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace"]),
+            ("as many", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1,2",
+                         "--iso-opacity", "1"]),
+            ("--step", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1",
+                        "--step", "1"]),
+            ("--context", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1",
+                           "--context", "egl"]),
+            ("isotrace", ["render", "a.brick", "-o", "a.exr", "--mode", "iso", "--iso", "1,2"]),
+            ("isotrace", ["render", "a.brick", "-o", "a.exr", "--mode", "iso", "--iso", "1", "--shadows"]),
+            ("isotrace", ["render", "a.brick", "-o", "a.exr", "--mode", "iso", "--iso", "1", "--light", "1,0,0"]),
             ("no output", ["render", "a.brick"]),
             ("two pictures", ["compare", "a.exr"]),
             ("no size", ["synth", "ct", "-o", "a.brick"]),
