@@ -94,25 +94,23 @@ static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, con
 {
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     struct vr_residency_counters counters;
+    struct vr_report drawn = {0};
     int result = vr_residency_update(r->residency, &query, &scene->camera, &counters, err);
     if (result)
         return result;
-    uint64_t samples = 0, start_ns = brick_now_ns();
-    result = vr_raycast_draw(&r->raycast, r->context, r->volume, r->residency, scene, quality, image,
-                             &samples, err);
+    uint64_t start_ns = brick_now_ns();
+    result =
+        vr_raycast_draw(&r->raycast, r->context, r->volume, r->residency, scene, quality, image, &drawn, err);
     if (result || !report)
         return result;
-    *report = (struct vr_report){
-        .passes = 1,
-        .bricks_total = counters.bricks_total,
-        .bricks_active = counters.bricks_active,
-        .bricks_loaded = counters.bricks_loaded,
-        .bytes_read = counters.bytes_read,
-        .gpu_cache_bytes = counters.cache_bytes,
-        .gpu_cache_peak_bytes = counters.cache_peak_bytes,
-        .samples = samples,
-        .seconds_frame = 1e-9 * (double)(brick_now_ns() - start_ns),
-    };
+    *report = drawn;
+    report->bricks_total = counters.bricks_total;
+    report->bricks_active = counters.bricks_active;
+    report->bricks_loaded = counters.bricks_loaded;
+    report->bytes_read = counters.bytes_read;
+    report->gpu_cache_bytes = counters.cache_bytes;
+    report->gpu_cache_peak_bytes = counters.cache_peak_bytes;
+    report->seconds_frame = 1e-9 * (double)(brick_now_ns() - start_ns);
     snprintf(report->gl_renderer, sizeof report->gl_renderer, "%s", r->context->renderer);
     return BRICK_OK;
 }

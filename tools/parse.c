@@ -290,7 +290,7 @@ const char *tool_parse_codec(const char *text, void *target, const struct tool_l
     enum brick_codec codec = brick_codec_from_name(text);
     (void)limits;
     if (codec == BRICK_CODEC_COUNT)
-        return "is none of none, lz4 and zstd";
+        return "is none of none, lz4, lz4-bitshuffle, zstd, zstd-delta and zfp";
     *(enum brick_codec *)target = codec;
     return NULL;
 }

@@ -28,7 +28,6 @@
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
     X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
     X(PFNGLENABLEPROC, Enable)                                                                               \
-    X(PFNGLFINISHPROC, Finish)                                                                               \
     X(PFNGLFLUSHPROC, Flush)                                                                                 \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                                                   \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                                                                       \

@@ -1,5 +1,6 @@
-/* Compiling and linking. A #line before every part numbers it as a source string, so that the compiler's log
- * ("string:line") names the part; Mesa runs the strings together and would count on. */
+/* Compiling and linking. A #line before every part gives its lines numbers of their own, so that a line in
+ * the compiler's log names the part: source string numbers would be the means for that, but Mesa reports them
+ * as 0. */
 #include "program.h"
 
 #include <ctype.h>
@@ -9,20 +10,26 @@
 
 #include "shaders.h"
 
-#define FIRST_PART 1 /* its number as a source string */
+#define PART_LINES 10000
 
 static void first_line(char *log)
 {
     log[strcspn(log, "\r\n")] = '\0';
 }
 
-static const char *part_of(const char *log, const struct vr_shader_part *parts, int count)
+/* Drivers write "0:23(5): ..." or "ERROR: 0:23: ..." or "0(23) : ...": the line is the second number. */
+static void place_of(const char *log, const struct vr_shader_part *parts, int count, char *place,
+                     size_t bytes)
 {
-    /* Drivers write "1:23(5): ..." or "ERROR: 1:23: ..." or "1(23) : ...". */
+    char *end;
     while (*log && !isdigit((unsigned char)*log))
         log++;
-    long string = strtol(log, NULL, 10);
-    return string >= FIRST_PART && string < FIRST_PART + count ? parts[string - FIRST_PART].name : "shader";
+    strtol(log, &end, 10);
+    long line = *end ? strtol(end + 1, NULL, 10) : 0, part = line / PART_LINES - 1;
+    if (part >= 0 && part < count)
+        snprintf(place, bytes, "%s:%ld", parts[part].name, line % PART_LINES);
+    else
+        snprintf(place, bytes, "shader");
 }
 
 static int compile(struct vr_context *context, GLenum stage, const char *defines,
@@ -30,11 +37,11 @@ static int compile(struct vr_context *context, GLenum stage, const char *defines
 {
     const struct vr_gl *gl = &context->gl;
     const char *strings[2 + 2 * VR_PROGRAM_MAX_PARTS] = {"#version 430 core\n", defines};
-    char lines[VR_PROGRAM_MAX_PARTS][16];
+    char lines[VR_PROGRAM_MAX_PARTS][32], place[64];
     GLint ok = GL_FALSE;
     char log[480] = "";
     for (int i = 0; i < count; i++) {
-        snprintf(lines[i], sizeof lines[i], "#line 1 %d\n", FIRST_PART + i);
+        snprintf(lines[i], sizeof lines[i], "#line %d\n", (i + 1) * PART_LINES + 1);
         strings[2 + 2 * i] = lines[i];
         strings[3 + 2 * i] = parts[i].text;
     }
@@ -46,8 +53,9 @@ static int compile(struct vr_context *context, GLenum stage, const char *defines
         return BRICK_OK;
     gl->GetShaderInfoLog(*shader, (GLsizei)sizeof log, NULL, log);
     first_line(log);
-    return brick_fail(err, BRICK_ERR_UNSUPPORTED, "%s does not compile on %s: %s", part_of(log, parts, count),
-                      context->renderer, log[0] ? log : "no log");
+    place_of(log, parts, count, place, sizeof place);
+    return brick_fail(err, BRICK_ERR_UNSUPPORTED, "%s does not compile on %s: %s", place, context->renderer,
+                      log[0] ? log : "no log");
 }
 
 int vr_program_create(struct vr_context *context, const char *defines, const struct vr_shader_part *parts,

@@ -4,8 +4,17 @@
  * Two loops in turn: the first leaps over inactive blocks by whole samples, the second fetches samples while they stay in
  * one active block. A leap never passes a sample of an active block, and a sample of an inactive block adds nothing, so
  * skipping changes no bit. */
+/* A pass takes a ray STEPS_A_PASS samples and leaps further and leaves what the next one needs: colour is the picture's
+ * once progress.x is FINISHED, the ray's packed state before; progress.y counts samples fetched. Most pictures are done in
+ * one pass; without a limit a draw would run into a desktop's watchdog, and into llvmpipe, which ends all loops of a
+ * shader after 65535 turns in total (of 8 or 16 rays at once, counting for each). */
 layout(location = 0) out vec4 colour;
-layout(location = 1) out uint fetched;
+layout(location = 1) out uvec2 progress;
+uniform bool resume;
+uniform sampler2D carried;
+uniform usampler2D carried_progress;
+#define FINISHED 0xffffffffu
+
 
 /* How many samples, from the one at `at`, lie in the block: at least 1, and never too many: the way to the exit, in steps,
  * is shortened by more than its rounding error. */
@@ -37,12 +46,22 @@ State state_init()
     return State(vec3(0.0), 0.0, 1.0);
 }
 
+vec4 state_pack(State s)
+{
+    return vec4(s.rgb, s.depth);
+}
+
+State state_unpack(vec4 v)
+{
+    return State(v.rgb, v.a, exponential(-v.a));
+}
+
+/* This and the next answer: is the ray done? */
 bool state_skip(inout State s, Block block)
 {
     return false;
 }
 
-/* Both of these answer: is the ray done? */
 bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 {
     ivec3 texel = at.cell + block.offset;
@@ -83,6 +102,16 @@ struct State {
 State state_init()
 {
     return State(0.0, false);
+}
+
+vec4 state_pack(State s)
+{
+    return vec4(s.largest, s.any, 0.0, 0.0);
+}
+
+State state_unpack(vec4 v)
+{
+    return State(v.x, v.y != 0.0);
 }
 
 bool state_skip(inout State s, Block block)
@@ -129,6 +158,16 @@ struct State {
 State state_init()
 {
     return State(SIDE_NONE, false, 0u);
+}
+
+vec4 state_pack(State s)
+{
+    return vec4(s.side, 0.0, 0.0, 0.0);
+}
+
+State state_unpack(vec4 v)
+{
+    return State(int(v.x), false, 0u);
 }
 
 bool state_side(inout State s, int side)
@@ -212,31 +251,41 @@ vec4 state_colour(inout State s, Ray ray, uint k)
 void main()
 {
     Ray ray;
+    State state = state_init();
+    uint k = 0u, fetched = 0u, left = uint(STEPS_A_PASS);
+    bool done = false;
+    if (resume) {
+        colour = texelFetch(carried, ivec2(gl_FragCoord.xy), 0);
+        progress = texelFetch(carried_progress, ivec2(gl_FragCoord.xy), 0).xy;
+        if (progress.x == FINISHED)
+            return;
+        state = state_unpack(colour);
+        k = progress.x;
+        fetched = progress.y;
+    }
     colour = vec4(0.0);
-    fetched = 0u;
+    progress = uvec2(FINISHED, 0u);
     if (!ray_init(ivec2(gl_FragCoord.xy) + tile_origin, ray))
         return;
 
-    State state = state_init();
-    Fixed3 at = ray.first;
-    uint k = 0u;
-    bool done = false;
-    while (!done && k < ray.count) {
+    Fixed3 at = ray_sample(ray, k);
+    while (!done && k < ray.count && left > 0u) {
         ivec3 home = owner(at.cell);
         Block block = locate(home);
-        while (!block.live) {
+        while (!block.live && left > 0u) {
             done = state_skip(state, block);
             if (done)
                 break;
             uint jump = min(leap(ray, at, home, block.shift), ray.count - k);
             k += jump;
+            left--;
             if (k >= ray.count)
                 break;
             at = k + 1u == ray.count ? ray.last : fixed_add(at, fixed_times(ray.step, jump));
             home = owner(at.cell);
             block = locate(home);
         }
-        if (done || k >= ray.count)
+        if (done || k >= ray.count || left == 0u)
             break;
         ivec3 inside = home >> block.shift;
         do {
@@ -245,13 +294,20 @@ void main()
             if (done)
                 break;
             k++;
+            left--;
             at = fixed_add(at, ray.step);
             if (k + 1u == ray.count)
                 at = ray.last;
-        } while (k < ray.count && owner(at.cell) >> block.shift == inside);
+        } while (k < ray.count && left > 0u && owner(at.cell) >> block.shift == inside);
     }
-    colour = state_colour(state, ray, k);
+    if (done || k >= ray.count) {
+        colour = state_colour(state, ray, k);
 #if MODE == MODE_ISO
-    fetched += state.refined;
+        fetched += state.refined;
 #endif
+        progress = uvec2(FINISHED, fetched);
+    } else {
+        colour = state_pack(state);
+        progress = uvec2(k, fetched);
+    }
 }

@@ -1,11 +1,11 @@
 /* Classification by the transfer function itself: piecewise linear in the value, jumps taken to the right, exact to
- * float32. Uniform bins give the first piece that can hold a value; a few comparisons find the one that does.
+ * float32. Uniform bins give the pieces that can hold a value; SEARCH_STEPS halvings find the one that does, without a loop
+ * (llvmpipe counts every loop's turns, see raycast.glsl).
  *
- * Three elements a piece: (start, end, extinction a mm at start, its slope), (linear rgb at start, -), (its slope, -). */
+ * Three elements a piece: (start, extinction a mm at start, its slope, the slopes' origin), (linear rgb at start, -), (its slope, -). */
 uniform samplerBuffer pieces;
-uniform usamplerBuffer first_piece;
+uniform usamplerBuffer bins; /* first and last piece of each */
 uniform float bin_origin, bin_scale, bin_last;
-uniform int piece_last;
 
 struct Piece {
     int index;
@@ -15,25 +15,26 @@ struct Piece {
 Piece find_piece(float v)
 {
     precise float bin = min(max((v - bin_origin) * bin_scale, 0.0), bin_last);
-    Piece p;
-    p.index = int(texelFetch(first_piece, int(bin)).r);
-    p.head = texelFetch(pieces, 3 * p.index);
-    while (p.index < piece_last && v >= p.head.y) {
-        p.index++;
-        p.head = texelFetch(pieces, 3 * p.index);
+    uvec2 range = texelFetch(bins, int(bin)).rg;
+    int low = int(range.x), high = int(range.y);
+    for (int i = 0; i < SEARCH_STEPS; i++) {
+        int middle = (low + high + 1) / 2;
+        bool up = v >= texelFetch(pieces, 3 * middle).x;
+        low = up ? middle : low;
+        high = up ? high : max(middle - 1, low);
     }
-    return p;
+    return Piece(low, texelFetch(pieces, 3 * low));
 }
 
 /* Extinction a mm. */
 float extinction(Piece p, float v)
 {
-    precise float sigma = p.head.z + p.head.w * (v - p.head.x);
+    precise float sigma = p.head.y + p.head.z * (v - p.head.w);
     return max(sigma, 0.0);
 }
 
 vec3 emission(Piece p, float v)
 {
     vec3 rgb = texelFetch(pieces, 3 * p.index + 1).rgb;
-    return clamp(rgb + texelFetch(pieces, 3 * p.index + 2).rgb * (v - p.head.x), 0.0, 1.0);
+    return clamp(rgb + texelFetch(pieces, 3 * p.index + 2).rgb * (v - p.head.w), 0.0, 1.0);
 }

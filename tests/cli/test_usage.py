@@ -5,7 +5,8 @@ import re
 
 import cli
 
-COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench convert"]
+COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench convert",
+            "bench codecs"]
 
 
 class Usage(cli.Case):
@@ -43,7 +44,7 @@ class Usage(cli.Case):
             ("--spacing", "1,1"), ("--spacing", "1,1,0"), ("--spacing", "1,1,nan"), ("--spacing", "1,1,1,"),
             ("--origin", "a,b,c"), ("--axes", "LPX"), ("--axes", "LLS"), ("--axes", "LPSA"), ("--slope", "0"),
             ("--affine", "1,0,0,0,0,1,0,0,0,0,1"), ("--intercept", "1e999"), ("--brick", "3"), ("--brick", "x"),
-            ("--codec", "zip"), ("--codec-level", "10"), ("--downsample", "max"), ("--memory", "5 G"),
+            ("--codec", "zip"), ("--tolerance", "0"), ("--tolerance", "-1"), ("--tolerance", "nan"), ("--codec-level", "10"), ("--downsample", "max"), ("--memory", "5 G"),
             ("--threads", "0"), ("--to", "u8"), ("--memory", "99999999999999T"),
         ]:
             with self.subTest(option=option, value=value):
@@ -69,6 +70,9 @@ class Usage(cli.Case):
             ("end in .brick", ["convert", *raw[:-1], "a.raw"]),
             ("go together", ["convert", "a.raw", "--size", "4x4x4", "-o", "a.brick"]),
             ("--affine", ["convert", *raw, "--affine", "1,0,0,0,0,1,0,0,0,0,1,0", "--axes", "RAS"]),
+            ("needs --tolerance", ["convert", *raw, "--codec", "zfp"]),
+            ("--codec zfp", ["convert", *raw, "--tolerance", "1"]),
+            ("needs --tolerance", ["synth", "ct", "--size", "4x4x4", "--codec", "zfp", "-o", "a.brick"]),
             ("needs a value", ["convert", *raw, "--spacing"]),
             ("--frobnicate", ["convert", *raw, "--frobnicate"]),
             ("--quiet=1", ["convert", *raw, "--quiet=1"]),

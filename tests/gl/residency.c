@@ -1,5 +1,5 @@
-/* The atlas and its upkeep: any arrangement of slots gives the same picture, bricks stay for later pictures, and what
- * does not fit is said with the size that would. */
+/* The atlas and its upkeep: any arrangement of slots gives the same picture, bricks stay for later pictures,
+ * and what does not fit is said with the size that would. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

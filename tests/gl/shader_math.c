@@ -34,7 +34,7 @@ static int setup(void **state)
         return 0;
     }
     assert_int_equal(vr_context_bind(b->context, &err), 0);
-    assert_int_equal(vr_target_init(&b->target, b->context, EDGE, EDGE, &err), 0);
+    assert_int_equal(vr_target_init(&b->target, b->context, EDGE, EDGE, false, &err), 0);
     return 0;
 }
 
@@ -56,8 +56,7 @@ static void run(struct bench *b, struct vr_shader_part part, const char *main_te
 {
     struct brick_error err = {0};
     const struct vr_shader_part parts[2] = {part, {"test", main_text}};
-    static uint32_t scratch[EDGE * EDGE];
-    uint64_t count = 0;
+    static uint32_t numbers[2 * EDGE * EDGE];
     GLuint program;
     struct vr_buffer buffer = {0};
     if (vr_program_create(b->context, "", parts, 2, &program, &err))
@@ -67,7 +66,7 @@ static void run(struct bench *b, struct vr_shader_part part, const char *main_te
     vr_buffer_use(&buffer, b->context, 0);
     b->context->gl.UseProgram(program);
     vr_target_draw(&b->target, b->context, EDGE, EDGE);
-    vr_target_read(&b->target, b->context, EDGE, EDGE, output, EDGE, scratch, &count);
+    vr_target_read(&b->target, b->context, EDGE, EDGE, output, EDGE, numbers);
     b->context->gl.UseProgram(0);
     b->context->gl.DeleteProgram(program);
     vr_buffer_finish(&buffer, b->context);

@@ -14,14 +14,21 @@
 
 static void look_up(const struct vr_transfer_table *t, float v, double rgb[3], double *sigma)
 {
-    float offset = v - t->bin_origin, bin = fminf(fmaxf(offset * t->bin_scale, 0.0f), (float)(t->bins - 1));
-    uint32_t i = t->first_piece[(uint32_t)bin];
-    while (i < t->count - 1 && v >= t->pieces[i].end)
-        i++;
-    const struct vr_piece *p = &t->pieces[i];
+    float offset = v - t->bin_origin;
+    const struct vr_bin *bin =
+        &t->bins[(uint32_t)fminf(fmaxf(offset * t->bin_scale, 0.0f), (float)(t->bin_count - 1))];
+    uint32_t low = bin->first, high = bin->last;
+    for (uint32_t i = 0; i < t->search_steps; i++) {
+        uint32_t middle = (low + high + 1) / 2;
+        if (v >= t->pieces[middle].start)
+            low = middle;
+        else if (middle > low)
+            high = middle - 1;
+    }
+    const struct vr_piece *p = &t->pieces[low];
     for (int c = 0; c < 3; c++)
-        rgb[c] = (double)(p->rgb[c] + p->rgb_slope[c] * (v - p->start));
-    *sigma = fmax(0.0, (double)(p->sigma + p->sigma_slope * (v - p->start)));
+        rgb[c] = (double)(p->rgb[c] + p->rgb_slope[c] * (v - p->origin));
+    *sigma = fmax(0.0, (double)(p->sigma + p->sigma_slope * (v - p->origin)));
 }
 
 static void check(double slope, double intercept, const struct brick_transfer_point *points, size_t count)

@@ -48,13 +48,13 @@ struct vr_quality {
 extern const struct vr_quality vr_quality_defaults;
 
 struct vr_report {
-    uint64_t passes;
+    uint64_t passes;                                     /* 1, or more where rays have thousands of samples */
     uint64_t bricks_total, bricks_active, bricks_loaded; /* of the level */
     uint64_t bytes_read;
-    uint64_t gpu_cache_bytes, gpu_cache_peak_bytes;
-    uint64_t samples;
-    double seconds_frame;
-    char gl_renderer[128]; /* "" for methods on the CPU */
+    uint64_t gpu_cache_bytes, gpu_cache_peak_bytes; /* of the cache texture; of its slots ever in use */
+    uint64_t samples;                               /* of the field, fetched */
+    double seconds_frame;                           /* drawing and reading back, the bricks being resident */
+    char gl_renderer[128];                          /* "" for methods on the CPU */
 };
 
 /* A context with a current-thread OpenGL and the GPU caches of one volume. One thread at a time. */
@@ -63,8 +63,8 @@ struct vr_renderer;
 struct vr_renderer_params {
     enum vr_context_kind context;
     uint64_t gpu_cache_bytes;
-    uint64_t host_cache_bytes;
-    unsigned threads; /* 0: one a core */
+    uint64_t host_cache_bytes; /* not used while every visible brick must fit the GPU cache */
+    unsigned threads;          /* 0: one a core */
 };
 extern const struct vr_renderer_params vr_renderer_defaults;
 

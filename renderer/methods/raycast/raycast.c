@@ -13,13 +13,17 @@
 #include "transfer_table.h"
 
 #define TARGET_EDGE 1024
+/* Samples and leaps of a ray in one pass: 2 loops x 16 rays x 2000 is below what llvmpipe lets a shader do.
+ */
+#define STEPS_A_PASS 2000
 /* Samples a ray: they are counted in 32 bits. */
 #define MAX_SAMPLES 2147483648.0
 
-enum { UNIT_ATLAS, UNIT_PAGES, UNIT_MACROCELLS, UNIT_PIECES, UNIT_BINS };
+enum { UNIT_ATLAS, UNIT_PAGES, UNIT_MACROCELLS, UNIT_PIECES, UNIT_BINS, UNIT_CARRIED, UNIT_PROGRESS };
 
 static int get_program(struct vr_raycast *r, struct vr_context *context, const struct brick_volume *volume,
-                       enum brick_mode mode, bool skip, GLuint *out, struct brick_error *err)
+                       enum brick_mode mode, bool skip, uint32_t search_steps, GLuint *out,
+                       struct brick_error *err)
 {
     static const char *const modes[] = {"MODE_DVR", "MODE_SHADED", "MODE_ISO", "MODE_MIP"};
     static const char *const samplers[BRICK_TYPE_STORED_COUNT] = {
@@ -36,18 +40,22 @@ static int get_program(struct vr_raycast *r, struct vr_context *context, const s
         {"raycast.glsl", vr_shader_raycast},
     };
     char defines[512];
-    GLuint *program = &r->programs[mode][skip];
+    GLuint *program = &r->programs[mode][skip].name;
     *out = *program;
-    if (*program)
+    if (*program && r->programs[mode][skip].search_steps == search_steps)
         return BRICK_OK;
-    snprintf(defines, sizeof defines,
-             "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
-             "#define MODE %s\n#define VOXEL_SAMPLER %s\n%s%s",
-             modes[mode], samplers[brick_volume_grid(volume)->type], skip ? "#define SKIP\n" : "",
-             brick_volume_stats(volume)->nonfinite ? "#define NONFINITE\n" : "");
+    if (*program)
+        context->gl.DeleteProgram(*program);
+    snprintf(
+        defines, sizeof defines,
+        "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
+        "#define MODE %s\n#define VOXEL_SAMPLER %s\n#define SEARCH_STEPS %u\n#define STEPS_A_PASS %d\n%s%s",
+        modes[mode], samplers[brick_volume_grid(volume)->type], search_steps, STEPS_A_PASS,
+        skip ? "#define SKIP\n" : "", brick_volume_stats(volume)->nonfinite ? "#define NONFINITE\n" : "");
     int result =
         vr_program_create(context, defines, parts, (int)(sizeof parts / sizeof *parts), program, err);
     *out = *program;
+    r->programs[mode][skip].search_steps = search_steps;
     return result;
 }
 
@@ -55,8 +63,8 @@ void vr_raycast_finish(struct vr_raycast *raycast, struct vr_context *context)
 {
     for (int m = 0; m < 4; m++)
         for (int s = 0; s < 2; s++)
-            if (raycast->programs[m][s])
-                context->gl.DeleteProgram(raycast->programs[m][s]);
+            if (raycast->programs[m][s].name)
+                context->gl.DeleteProgram(raycast->programs[m][s].name);
     vr_buffer_finish(&raycast->pieces, context);
     vr_buffer_finish(&raycast->bins, context);
     *raycast = (struct vr_raycast){0};
@@ -161,30 +169,22 @@ static void set_shading(const struct setter *s, const struct brick_grid *grid,
 }
 
 static int set_transfer(struct vr_raycast *r, struct vr_context *context, const struct setter *s,
-                        const struct brick_grid *grid, const struct brick_transfer *transfer,
-                        struct brick_error *err)
+                        const struct vr_transfer_table *table, struct brick_error *err)
 {
-    struct vr_transfer_table table;
-    int result = vr_transfer_table_init(&table, transfer, grid, err);
-    if (result)
+    int result;
+    if ((result = vr_buffer_write(&r->pieces, context, GL_RGBA32F, table->pieces,
+                                  table->count * sizeof *table->pieces, "transfer function", err)) ||
+        (result = vr_buffer_write(&r->bins, context, GL_RG32UI, table->bins,
+                                  table->bin_count * sizeof *table->bins, "transfer function", err)))
         return result;
-    if ((result = vr_buffer_write(&r->pieces, context, GL_RGBA32F, table.pieces,
-                                  table.count * sizeof *table.pieces, "transfer function", err)) ||
-        (result = vr_buffer_write(&r->bins, context, GL_R32UI, table.first_piece,
-                                  table.bins * sizeof *table.first_piece, "transfer function", err)))
-        goto done;
     vr_buffer_use(&r->pieces, context, UNIT_PIECES);
     vr_buffer_use(&r->bins, context, UNIT_BINS);
-    set_float(s, "bin_origin", table.bin_origin);
-    set_float(s, "bin_scale", table.bin_scale);
-    set_float(s, "bin_last", table.bins - 1.0);
     s->gl->Uniform1i(at(s, "pieces"), UNIT_PIECES);
-    s->gl->Uniform1i(at(s, "first_piece"), UNIT_BINS);
-    s->gl->Uniform1i(at(s, "piece_last"), (GLint)table.count - 1);
-    set_float(s, "unit_mm", transfer->unit_mm);
-done:
-    vr_transfer_table_finish(&table);
-    return result;
+    s->gl->Uniform1i(at(s, "bins"), UNIT_BINS);
+    set_float(s, "bin_origin", table->bin_origin);
+    set_float(s, "bin_scale", table->bin_scale);
+    set_float(s, "bin_last", table->bin_count - 1.0);
+    return BRICK_OK;
 }
 
 static void set_surface(const struct setter *s, const struct brick_grid *grid, const struct vr_scene *scene,
@@ -203,8 +203,9 @@ static void set_surface(const struct setter *s, const struct brick_grid *grid, c
     s->gl->Uniform1f(at(s, "isovalue"), vr_stored_threshold(grid, scene->isovalue));
 }
 
-static int check_rays(const struct brick_grid *grid, const struct brick_level *level, double step_mm,
-                      struct brick_error *err)
+/* No ray has more samples than this. */
+static int count_samples(const struct brick_grid *grid, const struct brick_level *level, double step_mm,
+                         double *most, struct brick_error *err)
 {
     double spacing[3], longest = 0.0;
     brick_grid_spacing_mm(grid, spacing);
@@ -216,69 +217,90 @@ static int check_rays(const struct brick_grid *grid, const struct brick_level *l
                 "the level has %llu voxels on an axis, more than a shader can count: use a coarser level",
                 (unsigned long long)level->dims[a]);
     }
-    if (longest / step_mm > MAX_SAMPLES)
+    *most = ceil(longest / step_mm) + 1.0;
+    if (*most > MAX_SAMPLES)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g mm makes more than 2^31 samples a ray",
                           step_mm);
     return BRICK_OK;
 }
 
-/* The picture part by part through one target. */
-static int draw_parts(struct vr_context *context, const struct setter *s, struct brick_image *image,
-                      uint64_t *samples, struct brick_error *err)
+/* The picture part by part through one target, each in as many passes as its longest ray can need. */
+static int draw_parts(struct vr_context *context, const struct setter *s, uint64_t passes,
+                      struct brick_image *image, struct vr_report *report, struct brick_error *err)
 {
     struct vr_target target = {0};
     int width = (int)image->width, height = (int)image->height;
     int tw = width < TARGET_EDGE ? width : TARGET_EDGE, th = height < TARGET_EDGE ? height : TARGET_EDGE;
-    uint32_t *scratch = malloc((size_t)tw * (size_t)th * sizeof *scratch);
-    int result = scratch ? vr_target_init(&target, context, tw, th, err)
-                         : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
+    uint32_t *progress = malloc((size_t)tw * (size_t)th * 2 * sizeof *progress);
+    int result = progress ? vr_target_init(&target, context, tw, th, passes > 1, err)
+                          : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
+    s->gl->Uniform1i(at(s, "carried"), UNIT_CARRIED);
+    s->gl->Uniform1i(at(s, "carried_progress"), UNIT_PROGRESS);
     for (int y = 0; !result && y < height; y += th)
         for (int x = 0; !result && x < width; x += tw) {
             int w = width - x < tw ? width - x : tw, h = height - y < th ? height - y : th;
             s->gl->Uniform2i(at(s, "tile_origin"), x, y);
-            vr_target_draw(&target, context, w, h);
+            for (uint64_t pass = 0; pass < passes; pass++) {
+                s->gl->Uniform1i(at(s, "resume"), pass > 0);
+                if (pass > 0)
+                    vr_target_use(&target, context, UNIT_CARRIED, UNIT_PROGRESS);
+                vr_target_draw(&target, context, w, h);
+            }
             vr_target_read(&target, context, w, h, image->rgba + 4 * ((size_t)y * image->width + (size_t)x),
-                           width, scratch, samples);
+                           width, progress);
+            for (size_t i = 0; i < (size_t)w * (size_t)h; i++)
+                report->samples += progress[2 * i + 1];
             result = vr_context_check(context, "raycasting", err);
         }
+    report->passes = passes;
     vr_target_finish(&target, context);
-    free(scratch);
+    free(progress);
     return result;
 }
 
 int vr_raycast_draw(struct vr_raycast *r, struct vr_context *context, const struct brick_volume *volume,
                     const struct vr_residency *residency, const struct vr_scene *scene,
-                    const struct vr_quality *quality, struct brick_image *image, uint64_t *samples,
+                    const struct vr_quality *quality, struct brick_image *image, struct vr_report *report,
                     struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
     const struct brick_level *level = &grid->level[scene->level];
-    double step_mm = quality->step_vox * brick_grid_min_spacing_mm(grid);
-    struct setter setter = {.gl = &context->gl};
+    const struct vr_gl *gl = &context->gl;
+    double step_mm = quality->step_vox * brick_grid_min_spacing_mm(grid), most = 0.0;
+    struct setter setter = {.gl = gl};
+    struct vr_transfer_table table = {.search_steps = 1};
     struct brick_view view;
     int result;
 
-    if ((result = check_rays(grid, level, step_mm, err)) ||
-        (result = brick_view_init(&view, &scene->camera, grid, scene->width, scene->height, err)) ||
-        (result = get_program(r, context, volume, scene->mode, quality->skip, &setter.program, err)))
+    if ((result = count_samples(grid, level, step_mm, &most, err)) ||
+        (result = brick_view_init(&view, &scene->camera, grid, scene->width, scene->height, err)))
         return result;
-    context->gl.UseProgram(setter.program);
+    if (scene->mode != BRICK_MODE_ISO &&
+        (result = vr_transfer_table_init(&table, scene->transfer, grid, err)))
+        return result;
+    if ((result = get_program(r, context, volume, scene->mode, quality->skip, table.search_steps,
+                              &setter.program, err)))
+        goto done;
+    gl->UseProgram(setter.program);
     set_rays(&setter, grid, level, &view, step_mm);
     set_field(&setter, grid, level, residency);
     set_shading(&setter, grid, level, scene);
     if (scene->mode == BRICK_MODE_ISO)
         set_surface(&setter, grid, scene, quality);
-    else if ((result = set_transfer(r, context, &setter, grid, scene->transfer, err)))
+    else if ((result = set_transfer(r, context, &setter, &table, err)))
         goto done;
+    if (scene->mode == BRICK_MODE_MIP)
+        set_float(&setter, "unit_mm", scene->transfer->unit_mm);
     /* A ray ends where exp(-depth) falls below the threshold. */
     set_float(&setter, "depth_end", quality->termination > 0.0 ? -log(quality->termination) : FLT_MAX);
     vr_buffer_use(vr_residency_pages(residency), context, UNIT_PAGES);
     vr_buffer_use(&vr_residency_macrocells(residency)->buffer, context, UNIT_MACROCELLS);
-    context->gl.ActiveTexture(GL_TEXTURE0 + UNIT_ATLAS);
-    context->gl.BindTexture(GL_TEXTURE_3D, vr_residency_atlas(residency)->texture);
-    result = draw_parts(context, &setter, image, samples, err);
-    context->gl.BindTexture(GL_TEXTURE_3D, 0);
+    gl->ActiveTexture(GL_TEXTURE0 + UNIT_ATLAS);
+    gl->BindTexture(GL_TEXTURE_3D, vr_residency_atlas(residency)->texture);
+    result = draw_parts(context, &setter, (uint64_t)ceil(most / STEPS_A_PASS), image, report, err);
+    gl->BindTexture(GL_TEXTURE_3D, 0);
 done:
-    context->gl.UseProgram(0);
+    gl->UseProgram(0);
+    vr_transfer_table_finish(&table);
     return result;
 }

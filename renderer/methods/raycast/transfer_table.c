@@ -12,8 +12,9 @@
 
 #include <brick/checked.h>
 
-#define MAX_BINS 4096
-#define MIN_BINS 64
+#define MAX_BINS  4096
+#define MIN_BINS  64
+#define MAX_KNOTS 131071 /* pieces that 17 halvings search */
 
 /* Floats in their order as integers, and back. */
 static float float_at(uint32_t key)
@@ -49,9 +50,9 @@ static float clamp_float(double v)
 
 /* One segment of the function from `start` on, between knots a and b; a == b: constant. */
 static struct vr_piece piece(const struct brick_grid *grid, const struct brick_transfer_knot *a,
-                             const struct brick_transfer_knot *b, float start, float end)
+                             const struct brick_transfer_knot *b, float start)
 {
-    struct vr_piece p = {.start = start, .end = end};
+    struct vr_piece p = {.start = start, .origin = start};
     const double ca[4] = {a->r, a->g, a->b, a->sigma}, cb[4] = {b->r, b->g, b->b, b->sigma};
     double width = b->value - a->value, s = a == b ? 0.0 : (physical(grid, start) - a->value) / width;
     float *base[4] = {&p.rgb[0], &p.rgb[1], &p.rgb[2], &p.sigma};
@@ -62,29 +63,35 @@ static struct vr_piece piece(const struct brick_grid *grid, const struct brick_t
         *slope[i] = a == b ? 0.0f : clamp_float((cb[i] - ca[i]) / width * fabs(grid->slope));
         flat = flat && *slope[i] == 0.0f;
     }
-    /* Where nothing changes the distance from the start must not overflow. */
+    /* Where nothing changes the distance from the origin must not overflow. */
     if (flat)
-        p.start = 0.0f;
+        p.origin = 0.0f;
     return p;
 }
 
 static float bin_of(const struct vr_transfer_table *t, float v)
 {
     float offset = v - t->bin_origin, bin = offset * t->bin_scale;
-    return fminf(fmaxf(bin, 0.0f), (float)(t->bins - 1));
+    return fminf(fmaxf(bin, 0.0f), (float)(t->bin_count - 1));
 }
 
 /* A bin's first candidate is the last piece that starts in an earlier bin: it starts below every value of
- * this one, as float subtraction and multiplication keep order. */
-static void fill_bins(struct vr_transfer_table *t, const float *starts)
+ * this one, as float subtraction and multiplication keep order. Its last is the last that starts in it. */
+static void fill_bins(struct vr_transfer_table *t)
 {
-    uint32_t piece_index = 0;
-    for (uint32_t b = 0; b < t->bins; b++) {
-        while (piece_index + 1 < t->count && isfinite(starts[piece_index + 1]) &&
-               (uint32_t)bin_of(t, starts[piece_index + 1]) < b)
-            piece_index++;
-        t->first_piece[b] = piece_index;
+    static const uint32_t steps[] = {1, 3, 17}; /* few, since shaders are compiled for them */
+    uint32_t next = 1, most = 1, n = 0;         /* next: the first piece not yet passed */
+    for (uint32_t b = 0; b < t->bin_count; b++) {
+        t->bins[b].first = next - 1;
+        while (next < t->count && (uint32_t)bin_of(t, t->pieces[next].start) <= b)
+            next++;
+        t->bins[b].last = next - 1;
+        if (next - t->bins[b].first > most)
+            most = next - t->bins[b].first;
     }
+    while ((UINT64_C(1) << steps[n]) < most)
+        n++;
+    t->search_steps = steps[n];
 }
 
 int vr_transfer_table_init(struct vr_transfer_table *table, const struct brick_transfer *transfer,
@@ -92,49 +99,44 @@ int vr_transfer_table_init(struct vr_transfer_table *table, const struct brick_t
 {
     size_t n = transfer->count;
     const struct brick_transfer_knot *k = transfer->knots;
-    float *threshold = NULL, *starts = NULL;
+    float *threshold = NULL;
     *table = (struct vr_transfer_table){0};
-    if (n == 0 || n > INT32_MAX / 3 - 1)
+    if (n == 0 || n > MAX_KNOTS)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a transfer function of %zu knots", n);
-    table->bins = MIN_BINS;
-    while (table->bins < MAX_BINS && table->bins < 16 * n)
-        table->bins *= 2;
+    table->bin_count = MIN_BINS;
+    while (table->bin_count < MAX_BINS && table->bin_count < 16 * n)
+        table->bin_count *= 2;
     threshold = malloc(n * sizeof *threshold);
-    starts = malloc((n + 1) * sizeof *starts);
     table->pieces = malloc((n + 1) * sizeof *table->pieces);
-    table->first_piece = malloc(table->bins * sizeof *table->first_piece);
-    if (!threshold || !starts || !table->pieces || !table->first_piece) {
+    table->bins = malloc(table->bin_count * sizeof *table->bins);
+    if (!threshold || !table->pieces || !table->bins) {
         free(threshold);
-        free(starts);
         vr_transfer_table_finish(table);
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a transfer function of %zu knots", n);
     }
     for (size_t i = 0; i < n; i++)
         threshold[i] = vr_stored_threshold(grid, k[i].value);
 
-    starts[0] = -INFINITY;
-    table->pieces[table->count++] = piece(grid, &k[0], &k[0], threshold[0], threshold[0]);
+    table->pieces[table->count++] = piece(grid, &k[0], &k[0], threshold[0]);
     for (size_t i = 0; i < n; i++) {
         float end = i + 1 < n ? threshold[i + 1] : INFINITY;
         if (!(threshold[i] < end))
             continue;
-        starts[table->count] = threshold[i];
-        table->pieces[table->count++] = piece(grid, &k[i], i + 1 < n ? &k[i + 1] : &k[i], threshold[i], end);
+        table->pieces[table->count++] = piece(grid, &k[i], i + 1 < n ? &k[i + 1] : &k[i], threshold[i]);
     }
     table->bin_origin = clamp_float(threshold[0]);
     table->bin_scale =
-        (float)((double)table->bins / ((double)clamp_float(threshold[n - 1]) - table->bin_origin));
+        (float)((double)table->bin_count / ((double)clamp_float(threshold[n - 1]) - table->bin_origin));
     if (!isfinite(table->bin_scale) || !(table->bin_scale > 0.0f))
         table->bin_scale = 1.0f;
-    fill_bins(table, starts);
+    fill_bins(table);
     free(threshold);
-    free(starts);
     return BRICK_OK;
 }
 
 void vr_transfer_table_finish(struct vr_transfer_table *table)
 {
     free(table->pieces);
-    free(table->first_piece);
+    free(table->bins);
     *table = (struct vr_transfer_table){0};
 }

@@ -6,17 +6,24 @@
 #include <brick/transfer.h>
 
 struct vr_piece {
-    float start, end;           /* end exclusive; the last piece has none */
+    float start;                /* a value belongs to the last piece that starts at or below it */
     float sigma, sigma_slope;   /* at start, a unit of the value */
+    float origin;               /* that the slopes count from: start, or 0 where nothing changes */
     float rgb[4], rgb_slope[4]; /* 3 used */
+};
+
+/* Pieces that values of a bin can belong to. */
+struct vr_bin {
+    uint32_t first, last;
 };
 
 struct vr_transfer_table {
     struct vr_piece *pieces;
     uint32_t count;
-    uint32_t *first_piece; /* a bin's first candidate */
-    uint32_t bins;
+    struct vr_bin *bins;
+    uint32_t bin_count;
     float bin_origin, bin_scale;
+    uint32_t search_steps; /* halvings that leave one piece of any bin */
 };
 
 /* The smallest float f with |slope| f + intercept >= value, in double: comparing floats with it is comparing
