@@ -122,6 +122,32 @@ static void find_support(struct brick_transfer *t)
         add_support(t, k[t->count - 1].value, INFINITY);
 }
 
+/* [lo, hi], joined to the interval before when no double lies between them. */
+static void add_visible(struct brick_transfer *t, double lo, double hi)
+{
+    struct brick_interval *last = t->visible_count ? &t->visible[t->visible_count - 1] : NULL;
+    if (last && nextafter(last->hi, INFINITY) >= lo)
+        last->hi = hi;
+    else
+        t->visible[t->visible_count++] = (struct brick_interval){lo, hi};
+}
+
+/* A piece holds its left end and not its right one, which is the next piece's; inside it extinction is zero
+ * nowhere or everywhere. A piece between neighbouring doubles that is zero at its left end becomes an
+ * interval with lo > hi, which still meets just the ranges that hold both. */
+static void find_visible(struct brick_transfer *t)
+{
+    const struct brick_transfer_knot *k = t->knots;
+    if (k[0].sigma > 0.0)
+        add_visible(t, -INFINITY, nextafter(k[0].value, -INFINITY));
+    for (size_t i = 0; i + 1 < t->count; i++)
+        if (k[i].value < k[i + 1].value && (k[i].sigma > 0.0 || k[i + 1].sigma > 0.0))
+            add_visible(t, k[i].sigma > 0.0 ? k[i].value : nextafter(k[i].value, INFINITY),
+                        nextafter(k[i + 1].value, -INFINITY));
+    if (k[t->count - 1].sigma > 0.0)
+        add_visible(t, k[t->count - 1].value, INFINITY);
+}
+
 static bool same_knot(const struct brick_transfer_knot *a, const struct brick_transfer_knot *b)
 {
     return a->r == b->r && a->g == b->g && a->b == b->b && a->sigma == b->sigma;
@@ -153,7 +179,8 @@ int brick_transfer_create(struct brick_transfer **out, const struct brick_transf
     t = calloc(1, sizeof *t);
     if (!t || !brick_mul_u64(capacity, sizeof *t->knots, &knot_bytes) ||
         !brick_mul_u64(capacity + 1, sizeof *t->support, &support_bytes) ||
-        !(t->knots = malloc(knot_bytes)) || !(t->support = malloc(support_bytes))) {
+        !(t->knots = malloc(knot_bytes)) || !(t->support = malloc(support_bytes)) ||
+        !(t->visible = malloc(support_bytes))) {
         result =
             brick_fail(err, BRICK_ERR_MEMORY, "no memory for a transfer function of %zu knots", capacity);
         goto fail;
@@ -178,6 +205,7 @@ int brick_transfer_create(struct brick_transfer **out, const struct brick_transf
         if (t->knots[i].value == t->knots[i + 1].value && !same_knot(&t->knots[i], &t->knots[i + 1]))
             t->continuous = false;
     find_support(t);
+    find_visible(t);
     *out = t;
     return BRICK_OK;
 fail:
@@ -190,6 +218,7 @@ void brick_transfer_destroy(struct brick_transfer **transfer)
     if (*transfer) {
         free((*transfer)->knots);
         free((*transfer)->support);
+        free((*transfer)->visible);
         free(*transfer);
     }
     *transfer = NULL;
@@ -232,29 +261,15 @@ void brick_transfer_eval(const struct brick_transfer *transfer, double value, do
     *sigma = a->sigma + s * (b->sigma - a->sigma);
 }
 
-static bool visible_at(const struct brick_transfer *t, double value)
-{
-    double rgb[3], sigma;
-    brick_transfer_eval(t, value, rgb, &sigma);
-    return sigma > 0.0;
-}
-
-/* Zeros inside a support interval are isolated, so a range that overlaps its interior by more than a point is
- * visible; what only touches an end is decided at that point. */
 bool brick_transfer_visible(const struct brick_transfer *transfer, double lo, double hi)
 {
-    size_t first = 0, end = transfer->support_count;
-    if (!(lo <= hi))
-        return false;
+    size_t first = 0, end = transfer->visible_count;
     while (first < end) {
         size_t mid = first + (end - first) / 2;
-        if (transfer->support[mid].hi < lo)
+        if (transfer->visible[mid].hi < lo)
             first = mid + 1;
         else
             end = mid;
     }
-    for (size_t i = first; i < transfer->support_count && transfer->support[i].lo <= hi; i++)
-        if (lo < hi && lo < transfer->support[i].hi && hi > transfer->support[i].lo)
-            return true;
-    return visible_at(transfer, lo) || visible_at(transfer, hi);
+    return lo <= hi && first < transfer->visible_count && transfer->visible[first].lo <= hi;
 }

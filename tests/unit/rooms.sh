@@ -7,7 +7,7 @@ volume="type grid transfer camera image stats source"
 codec="codec"
 store="volume writer"
 build="build"
-stream="active cache"
+stream="active cache loader"
 failed=0
 check() { # room, allowed header names
     room=$1

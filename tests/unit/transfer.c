@@ -129,6 +129,22 @@ static void ramps_are_clear_at_their_zero_end(void **state)
     brick_transfer_destroy(&t);
 }
 
+/* A spike between neighbouring doubles is zero at each of them, and seen by what holds both. */
+static void a_spike_too_narrow_for_a_double_is_seen(void **state)
+{
+    const double a = nextafter(1.0, 0.0), b = 1.0;
+    const struct brick_transfer_point points[] = {
+        {0, 0, 0, 0, 0}, {a, 0, 0, 0, 0}, {b, 0, 0, 0, 0.5}, {b, 0, 0, 0, 0}};
+    struct brick_transfer *t = create(points, 4);
+    (void)state;
+    assert_true(sigma_at(t, a) == 0.0 && sigma_at(t, b) == 0.0);
+    assert_true(brick_transfer_visible(t, a, b));
+    assert_true(brick_transfer_visible(t, 0.5, 2.0));
+    assert_false(brick_transfer_visible(t, 0.5, a));
+    assert_false(brick_transfer_visible(t, b, 2.0));
+    brick_transfer_destroy(&t);
+}
+
 /* The visibility test against the function itself on a grid that holds every knot. */
 static void visibility_agrees_with_sampling(void **state)
 {
@@ -252,6 +268,7 @@ int main(void)
         cmocka_unit_test(extinction_is_exact_at_points),
         cmocka_unit_test(jumps_take_the_right_side),
         cmocka_unit_test(ramps_are_clear_at_their_zero_end),
+        cmocka_unit_test(a_spike_too_narrow_for_a_double_is_seen),
         cmocka_unit_test(visibility_agrees_with_sampling),
         cmocka_unit_test(one_point_is_a_constant),
         cmocka_unit_test(ranges_map_and_may_be_empty),

@@ -54,6 +54,11 @@ struct brick_transfer {
     size_t count;
     struct brick_interval *support; /* closed, disjoint, ascending: sigma is zero everywhere outside them */
     size_t support_count;
+    /* For ranges whose ends are doubles: sigma is non-zero somewhere in [lo, hi] iff it meets one of these,
+     * that is lo <= visible.hi and hi >= visible.lo. Ascending; an end where sigma is zero is moved in by one
+     * double. */
+    struct brick_interval *visible;
+    size_t visible_count;
     bool continuous; /* no jump in colour or extinction */
     double unit_mm;  /* length that the control points' A belongs to: A = 1 - exp(-sigma * unit_mm) */
 };
