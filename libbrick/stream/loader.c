@@ -27,16 +27,12 @@ struct request {
     bool flying;
 };
 
-struct request_list {
-    uint32_t head, tail;
-};
-
 /* What is wanted; a request's place in the array is its rank. */
 struct wants {
     struct request *requests;
     uint32_t count;
-    uint32_t *table, mask; /* hash table of ranks, while the list is made */
-    struct request_list found, missing;
+    uint32_t *table, mask;   /* hash table of ranks, while the list is made */
+    uint32_t found, missing; /* first of each list */
 };
 
 enum flight_state { FLIGHT_FREE = 0, FLIGHT_LOADING, FLIGHT_LOADED, FLIGHT_FAILED };
@@ -61,28 +57,17 @@ struct brick_loader {
     struct brick_loader_counters counters;
 };
 
-static void push_back(struct wants *w, struct request_list *list, uint32_t rank)
+static void push(struct wants *w, uint32_t *list, uint32_t rank)
 {
-    w->requests[rank].next = NO_REQUEST;
-    *(list->head == NO_REQUEST ? &list->head : &w->requests[list->tail].next) = rank;
-    list->tail = rank;
-}
-
-static void push_front(struct wants *w, struct request_list *list, uint32_t rank)
-{
-    w->requests[rank].next = list->head;
-    list->head = rank;
-    if (w->requests[rank].next == NO_REQUEST)
-        list->tail = rank;
+    w->requests[rank].next = *list;
+    *list = rank;
 }
 
 /* Remove the request after `before`, or the first one. */
-static uint32_t take_after(struct wants *w, struct request_list *list, uint32_t before)
+static uint32_t take_after(struct wants *w, uint32_t *list, uint32_t before)
 {
-    uint32_t *link = before == NO_REQUEST ? &list->head : &w->requests[before].next, rank = *link;
+    uint32_t *link = before == NO_REQUEST ? list : &w->requests[before].next, rank = *link;
     *link = w->requests[rank].next;
-    if (list->tail == rank)
-        list->tail = before;
     return rank;
 }
 
@@ -90,7 +75,7 @@ static void wants_finish(struct wants *w)
 {
     free(w->requests);
     free(w->table);
-    *w = (struct wants){.found = {NO_REQUEST, NO_REQUEST}, .missing = {NO_REQUEST, NO_REQUEST}};
+    *w = (struct wants){.found = NO_REQUEST, .missing = NO_REQUEST};
 }
 
 /* Place of a brick in the hash table: its rank, or NO_REQUEST where it would go. */
@@ -158,20 +143,20 @@ static void drop_flight(struct brick_loader *l, struct flight *f)
 static void let_go(struct brick_loader *l)
 {
     struct wants *w = &l->wants;
-    for (uint32_t r = w->found.head; r != NO_REQUEST; r = w->requests[r].next) {
+    for (uint32_t r = w->found; r != NO_REQUEST; r = w->requests[r].next) {
         uint32_t s = slots_find(l->cache, w->requests[r].id);
         if (s != SLOT_NONE && l->cache->slots[s].ready)
             slots_keep(l->cache, s, false);
     }
 }
 
-/* A request to the list it belongs to. */
-static void enlist(struct brick_loader *l, struct wants *w, uint32_t rank, bool first)
+/* A request to the list it belongs to, in front. */
+static void enlist(struct brick_loader *l, struct wants *w, uint32_t rank)
 {
     uint32_t s = slots_find(l->cache, w->requests[rank].id);
     if (s != SLOT_NONE && l->cache->slots[s].ready)
         slots_keep(l->cache, s, true);
-    (first ? push_front : push_back)(w, s == SLOT_NONE ? &w->missing : &w->found, rank);
+    push(w, s == SLOT_NONE ? &w->missing : &w->found, rank);
     if (s == SLOT_NONE)
         pthread_cond_signal(&l->cache->work);
 }
@@ -185,9 +170,9 @@ int brick_loader_want(struct brick_loader *l, const uint64_t *ids, size_t n, str
     pthread_mutex_lock(&l->cache->lock);
     let_go(l);
     uint64_t cancelled = 0;
-    for (uint32_t r = l->wants.found.head; r != NO_REQUEST; r = l->wants.requests[r].next)
+    for (uint32_t r = l->wants.found; r != NO_REQUEST; r = l->wants.requests[r].next)
         cancelled += !n || *place_of(&wants, l->wants.requests[r].id) == NO_REQUEST;
-    for (uint32_t r = l->wants.missing.head; r != NO_REQUEST; r = l->wants.requests[r].next)
+    for (uint32_t r = l->wants.missing; r != NO_REQUEST; r = l->wants.requests[r].next)
         cancelled += !n || *place_of(&wants, l->wants.requests[r].id) == NO_REQUEST;
     for (unsigned i = 0; i < l->flights_max; i++) {
         struct flight *f = &l->flights[i];
@@ -205,7 +190,7 @@ int brick_loader_want(struct brick_loader *l, const uint64_t *ids, size_t n, str
     for (uint32_t r = wants.count;
          r-- > 0;) /* backwards: of what is found the most wanted counts as the latest used */
         if (!wants.requests[r].flying)
-            enlist(l, &wants, r, true);
+            enlist(l, &wants, r);
     free(wants.table);
     wants.table = NULL;
     l->counters.cancelled += cancelled;
@@ -223,7 +208,7 @@ static void load_one(struct brick_loader *l)
     uint32_t rank = take_after(w, &w->missing, NO_REQUEST);
     uint64_t id = w->requests[rank].id;
     if (slots_find(l->cache, id) != SLOT_NONE) { /* somebody else loaded it, or is about to */
-        enlist(l, w, rank, false);
+        enlist(l, w, rank);
         pthread_cond_broadcast(&l->cache->loaded);
         return;
     }
@@ -237,7 +222,7 @@ static void load_one(struct brick_loader *l)
     if (++l->flights_used > l->counters.in_flight_peak)
         l->counters.in_flight_peak = l->flights_used;
     f->code =
-        slots_load(l->cache, id, false, &f->slot, &f->error); /* unlocks; `w` may be another list after */
+        slots_load(l->cache, id, false, &f->slot, &f->error); /* unlocks: another list may be wanted now */
     f->state = f->code ? FLIGHT_FAILED : FLIGHT_LOADED;
     if (!f->wanted)
         drop_flight(l, f);
@@ -250,7 +235,7 @@ static void *thread_main(void *argument)
     struct brick_cache *c = l->cache;
     pthread_mutex_lock(&c->lock);
     while (!l->quit)
-        if (l->wants.missing.head != NO_REQUEST && l->flights_used < l->flights_max && slots_spare(c))
+        if (l->wants.missing != NO_REQUEST && l->flights_used < l->flights_max && slots_spare(c))
             load_one(l);
         else
             pthread_cond_wait(&c->work, &c->lock);
@@ -262,12 +247,12 @@ static void *thread_main(void *argument)
 static bool take_found(struct brick_loader *l, struct brick_taken *taken)
 {
     struct wants *w = &l->wants;
-    uint32_t before = NO_REQUEST, r = w->found.head;
+    uint32_t before = NO_REQUEST, r = w->found;
     while (r != NO_REQUEST) {
         uint32_t next = w->requests[r].next, s = slots_find(l->cache, w->requests[r].id);
         if (s == SLOT_NONE) {
             take_after(w, &w->found, before);
-            enlist(l, w, r, true);
+            enlist(l, w, r);
         } else if (l->cache->slots[s].ready) {
             take_after(w, &w->found, before);
             slots_keep(l->cache, s, false);
@@ -286,7 +271,7 @@ static bool take_found(struct brick_loader *l, struct brick_taken *taken)
 static struct flight *arrived(struct brick_loader *l, bool *open)
 {
     struct flight *best = NULL;
-    *open = l->wants.found.head != NO_REQUEST || l->wants.missing.head != NO_REQUEST;
+    *open = l->wants.found != NO_REQUEST || l->wants.missing != NO_REQUEST;
     for (unsigned i = 0; i < l->flights_max; i++) {
         struct flight *f = &l->flights[i];
         if (f->state == FLIGHT_LOADING)

@@ -59,33 +59,13 @@ void vr_macrocells_set(struct vr_macrocells *m, uint32_t slot, const struct bric
 }
 
 void vr_macrocells_classify(struct vr_macrocells *m, uint32_t slot, const struct brick_grid *grid,
-                            const struct brick_active_query *query, bool all)
+                            const struct brick_active_query *query, bool whole)
 {
-    const float *range = m->ranges + slot * cell_count(m) * 2;
+    const uint32_t cells[3] = {(uint32_t)m->cells[0], (uint32_t)m->cells[1], (uint32_t)m->cells[2]};
     uint32_t *active = m->words + (size_t)slot * 2 * (size_t)m->plane_words;
-    uint32_t *above = active + m->plane_words;
     memset(active, 0, 2 * (size_t)m->plane_words * sizeof *active);
-    for (uint64_t c = 0; c < cell_count(m); c++) {
-        uint32_t bit = UINT32_C(1) << (c & 31);
-        bool is_active = all, is_above = false;
-        if (!all && range[2 * c] <= range[2 * c + 1]) {
-            double a = grid->slope * (double)range[2 * c] + grid->intercept;
-            double b = grid->slope * (double)range[2 * c + 1] + grid->intercept;
-            double lo = fmin(a, b), hi = fmax(a, b);
-            brick_active_widen(grid->slope, grid->intercept, &lo, &hi);
-            if (query->mode == BRICK_MODE_ISO) {
-                is_above = lo >= query->isovalue;
-                is_active = !is_above && hi >= query->isovalue;
-            } else {
-                is_active = brick_transfer_visible(query->transfer,
-                                                   query->mode == BRICK_MODE_MIP ? -INFINITY : lo, hi);
-            }
-        }
-        if (is_active)
-            active[c >> 5] |= bit;
-        if (is_above)
-            above[c >> 5] |= bit;
-    }
+    brick_active_macrocells(grid, query, whole, BRICK_F32, m->ranges + slot * cell_count(m) * 2, cells,
+                            (uint32_t[]){cells[0], cells[0] * cells[1]}, active, active + m->plane_words);
 }
 
 int vr_macrocells_upload(struct vr_macrocells *m, struct vr_context *context, struct brick_error *err)

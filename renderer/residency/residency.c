@@ -175,29 +175,6 @@ static int set_classification(struct vr_residency *r, const struct brick_active_
     return BRICK_OK;
 }
 
-/* Could a cell of this brick have a corner that is not finite? Its own core and that of the seven upper
- * neighbours. */
-static bool near_nonfinite(const struct vr_residency *r, uint64_t b)
-{
-    const struct brick_level *l = &brick_volume_grid(r->volume)->level[r->level];
-    uint64_t at[3] = {b % l->bricks[0], b / l->bricks[0] % l->bricks[1], b / l->bricks[0] / l->bricks[1]};
-    for (int n = 0; n < 8; n++) {
-        uint64_t x = at[0] + (n & 1), y = at[1] + (n >> 1 & 1), z = at[2] + (n >> 2 & 1);
-        if (x < l->bricks[0] && y < l->bricks[1] && z < l->bricks[2] &&
-            brick_volume_entry(r->volume, brick_grid_id(brick_volume_grid(r->volume), r->level, x, y, z))
-                ->nonfinite)
-            return true;
-    }
-    return false;
-}
-
-/* On an isosurface a cell that is not finite has no side, whatever the rest of its brick has, so such bricks
- * are sampled. Elsewhere it is transparent, like the rest of an inactive brick. */
-static bool sampled_whole(const struct vr_residency *r, const struct brick_active_query *query, uint64_t b)
-{
-    return query->mode == BRICK_MODE_ISO && brick_volume_stats(r->volume)->nonfinite && near_nonfinite(r, b);
-}
-
 static double eye_distance(const struct vr_residency *r, const struct brick_camera *camera, uint64_t id)
 {
     const struct brick_grid *grid = brick_volume_grid(r->volume);
@@ -326,7 +303,7 @@ static int classify_job(void *context, uint64_t item, unsigned worker, struct br
         return BRICK_OK;
     const struct brick_grid *grid = brick_volume_grid(r->volume);
     vr_macrocells_classify(&r->macrocells, (uint32_t)item, grid, job->query,
-                           sampled_whole(r, job->query, slot->id - grid->level[r->level].first_brick));
+                           r->state[slot->id - grid->level[r->level].first_brick] == BRICK_STATE_WHOLE);
     slot->classified = r->classification.number;
     return BRICK_OK;
 }
@@ -344,7 +321,7 @@ static void fill_pages(struct vr_residency *r)
     for (uint64_t b = 0; b < r->bricks; b++) {
         uint32_t at[3] = {0, 0, 0};
         enum vr_page_state state = r->state[b] == BRICK_STATE_ABOVE ? VR_PAGE_ABOVE : VR_PAGE_EMPTY;
-        if (r->state[b] == BRICK_STATE_ACTIVE) {
+        if (r->state[b] >= BRICK_STATE_ACTIVE) {
             state = r->slot_of[b] == NO_SLOT ? VR_PAGE_MISSING : VR_PAGE_RESIDENT;
             if (state == VR_PAGE_RESIDENT)
                 vr_atlas_slot_place(&r->atlas, r->slot_of[b], at);
@@ -368,9 +345,7 @@ int vr_residency_update(struct vr_residency *r, const struct brick_active_query 
     counters->bricks_total = r->bricks;
     brick_active_set(r->volume, query, r->state);
     for (uint64_t b = 0; b < r->bricks; b++) {
-        if (r->state[b] != BRICK_STATE_ACTIVE && sampled_whole(r, query, b))
-            r->state[b] = BRICK_STATE_ACTIVE;
-        if (r->state[b] != BRICK_STATE_ACTIVE)
+        if (r->state[b] < BRICK_STATE_ACTIVE)
             continue;
         counters->bricks_active++;
         if (r->slot_of[b] == NO_SLOT)
@@ -387,7 +362,7 @@ int vr_residency_update(struct vr_residency *r, const struct brick_active_query 
                               (unsigned long long)absent);
         absent = 0;
         for (uint64_t b = 0; b < r->bricks; b++)
-            if (r->state[b] == BRICK_STATE_ACTIVE && r->slot_of[b] == NO_SLOT)
+            if (r->state[b] >= BRICK_STATE_ACTIVE && r->slot_of[b] == NO_SLOT)
                 missing[absent++] = (struct missing){eye_distance(r, camera, first + b), first + b};
         qsort(missing, absent, sizeof *missing, nearer);
         result = load(r, missing, absent, counters, err);

@@ -224,9 +224,12 @@ static void what_is_not_wanted_is_cancelled(void **state)
         struct brick_loader_counters lc;
         brick_loader_count(loader, &lc);
         assert_true(lc.cancelled > 0 && lc.in_flight_peak <= 6);
-        if (round % 3) {
+        if (round % 3 == 0) {
             want(loader, NULL, 0);
             assert_int_equal(take(loader).what, BRICK_TAKE_DONE);
+        } else if (round % 3 == 1) { /* half of the list as it was, in the middle of loading it */
+            want(loader, ids, 100);
+            take_all(v, cache, loader, ids, 100, 1);
         } /* else: destroyed with everything under way */
         brick_loader_destroy(&loader);
         nothing_is_pinned(v, cache);
@@ -376,13 +379,13 @@ struct crowd {
     struct brick_cache *cache;
     struct brick_loader *loader;
     int wrong, taken, pinned; /* atomic */
-    bool end;                 /* atomic */
+    bool end_takers, end;     /* atomic */
 };
 
 static void *taker(void *argument)
 {
     struct crowd *c = argument;
-    while (!__atomic_load_n(&c->end, __ATOMIC_RELAXED)) {
+    while (!__atomic_load_n(&c->end_takers, __ATOMIC_RELAXED)) {
         struct brick_taken t;
         struct brick_error err;
         if (brick_loader_take(c->loader, 1000000, &t, &err) ||
@@ -431,7 +434,7 @@ static void a_crowd_gets_what_it_wants(void **state)
         c.cache = make_cache(c.volume, slots[k]);
         c.loader = make_loader(c.cache, 3, 5);
         c.taken = c.pinned = 0;
-        c.end = false;
+        c.end_takers = c.end = false;
         for (int i = 0; i < 4; i++)
             assert_int_equal(pthread_create(&threads[i], NULL, i < 2 ? taker : pinner, &c), 0);
         for (uint64_t list = 0; list < 150; list++) {
@@ -440,15 +443,19 @@ static void a_crowd_gets_what_it_wants(void **state)
             want(c.loader, ids, list % 7 ? 100 : 0);
             usleep(300);
         }
-        want(c.loader, ids, 100); /* and the last list is served to its end */
-        for (struct brick_taken t = {0}; t.what != BRICK_TAKE_DONE;) {
-            t = take(c.loader);
-            if (t.what == BRICK_TAKE_BRICK)
-                brick_cache_unpin(c.cache, t.id);
+        __atomic_store_n(&c.end_takers, true, __ATOMIC_RELAXED);
+        pthread_join(threads[0], NULL);
+        pthread_join(threads[1], NULL);
+        for (uint64_t list = 0; list < 20;
+             list++) { /* and with others at the cache lists are served to their ends */
+            for (size_t i = 0; i < 100; i++)
+                ids[i] = noise64(500 + list, i) % bricks;
+            want(c.loader, ids, 100);
+            take_all(c.volume, c.cache, c.loader, ids, 100, 1);
         }
         __atomic_store_n(&c.end, true, __ATOMIC_RELAXED);
-        for (int i = 0; i < 4; i++)
-            pthread_join(threads[i], NULL);
+        pthread_join(threads[2], NULL);
+        pthread_join(threads[3], NULL);
         assert_int_equal(c.wrong, 0);
         assert_true(c.taken > 0 && c.pinned > 0);
         brick_loader_destroy(&c.loader);
