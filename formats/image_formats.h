@@ -11,6 +11,8 @@ int image_exr_write(const struct brick_io *io, const struct brick_image *image,
                     const struct fmt_image_params *params, struct brick_error *err);
 int image_png_write(const struct brick_io *io, const struct brick_image *image,
                     const struct fmt_image_params *params, struct brick_error *err);
+/* samples were checked. */
+int image_png_encode(const struct fmt_samples *samples, void **png, size_t *bytes, struct brick_error *err);
 /* image is initialised on success only. */
 int image_exr_read(struct brick_image *image, const struct brick_io *io, struct brick_error *err);
 

@@ -124,6 +124,26 @@ fail:
     return result;
 }
 
+int fmt_png_encode(const struct fmt_samples *samples, void **png, size_t *bytes, struct brick_error *err)
+{
+    *png = NULL;
+    *bytes = 0;
+    if (samples->width < 1 || samples->height < 1 || samples->width > BRICK_IMAGE_MAX_DIM ||
+        samples->height > BRICK_IMAGE_MAX_DIM)
+        return brick_fail(err, BRICK_ERR_ARGUMENT,
+                          "a picture of %ux%u pixels; 1 to %d on a side are possible", samples->width,
+                          samples->height, BRICK_IMAGE_MAX_DIM);
+    if (samples->channels != 1 && samples->channels != 3 && samples->channels != 4)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "a picture of %u channels; 1, 3 and 4 are possible",
+                          samples->channels);
+#ifdef HAVE_PNG
+    return image_png_encode(samples, png, bytes, err);
+#else
+    return brick_fail(err, BRICK_ERR_UNSUPPORTED,
+                      "this build has no png: install libpng (libpng-dev on Debian) and build again");
+#endif
+}
+
 int fmt_image_read(struct brick_image *image, const char *path, struct brick_error *err)
 {
     const struct image_format *format;

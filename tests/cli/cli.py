@@ -27,11 +27,13 @@ def has_library(name):
 
 
 HAS_EXR = os.environ["BRICK_EXR"] == "1"
+HAS_PNG = os.environ["BRICK_PNG"] == "1"
 HAS_GL = os.environ["BRICK_GL"] == "1" and HAS_EXR
 HAS_EGL = HAS_GL and has_library("libEGL.so.1")
 HAS_OSMESA = HAS_GL and has_library("libOSMesa.so.8")
 
 needs_exr = unittest.skipUnless(HAS_EXR, "built without OpenEXR")
+needs_png = unittest.skipUnless(HAS_PNG, "built without libpng")
 needs_gl = unittest.skipUnless(HAS_EGL or HAS_OSMESA, "no OpenGL in this build or on this machine")
 needs_egl_and_osmesa = unittest.skipUnless(HAS_EGL and HAS_OSMESA, "needs both EGL and OSMesa")
 needs_ct = unittest.skipUnless(os.path.exists(CT_ARCHIVE), "package invesalius-examples is not installed")

@@ -66,6 +66,17 @@ int fmt_image_read(struct brick_image *image, const char *path, struct brick_err
 /* Can a picture be written under that name? Checked before a long render. */
 int fmt_image_check_path(const char *path, struct brick_error *err);
 
+/* 8-bit samples as they are shown (sRGB), row 0 on top, no padding. */
+struct fmt_samples {
+    uint32_t width, height; /* 1..BRICK_IMAGE_MAX_DIM */
+    uint32_t channels;      /* 1 gray, 3 RGB, 4 RGB and opacity (not premultiplied) */
+    const uint8_t *data;
+};
+/* A PNG in memory, to free(). Equal samples give equal bytes. BRICK_ERR_UNSUPPORTED in a build without
+ * libpng.
+ */
+int fmt_png_encode(const struct fmt_samples *samples, void **png, size_t *bytes, struct brick_error *err);
+
 /* A transfer function from JSON: this project's, or ParaView's colour map (RGBPoints, Points, ColorSpace RGB,
  * HSV, Lab, Diverging, Step), whose values are taken as physical and whose opacity as of one voxel edge (it
  * states no unit). Files up to 16 MiB. BRICK_ERR_FORMAT names the key or the point. Finish with
