@@ -232,19 +232,16 @@ static int check_counts(const struct brick_grid *grid, const struct brick_level 
     return BRICK_OK;
 }
 
-/* Bricks that a waiting ray may ask for beyond the one it needs. */
+/* How many bricks a waiting ray may ask for beyond the one it needs. While what rays want fills less than
+ * half the cache the number doubles, so that a cache with room costs a number of passes that grows with the
+ * logarithm of the bricks along a ray; and since a ray has passed as many bricks as it may ask for, at most
+ * about half of what is read can be hidden behind where rays end. When more is wanted than there are slots,
+ * asking further gains nothing. */
 static int choose_ahead(int ahead, uint64_t wanted, uint64_t slots)
 {
-    static const char *fixed;
-    if (!fixed)
-        fixed = getenv("BRICK_AHEAD") ? getenv("BRICK_AHEAD") : "";
-    if (fixed[0])
-        return atoi(fixed);
-    if (2 * wanted <= slots)
-        ahead *= 2;
-    else if (wanted > slots && ahead > 1)
-        ahead /= 2;
-    return ahead < MAX_LOOK_AHEAD ? ahead : MAX_LOOK_AHEAD;
+    if (wanted <= slots / 2)
+        return ahead < MAX_LOOK_AHEAD ? 2 * ahead : ahead;
+    return wanted > slots && ahead > 1 ? ahead / 2 : ahead;
 }
 
 /* One part of the picture, pass after pass, until all its rays have ended. */
@@ -256,7 +253,7 @@ static int draw_part(struct vr_raycast *r, struct vr_context *context, const str
     const int across = TARGET_EDGE / VR_TARGET_TILE;
     uint64_t wanted, waited_for, slots = vr_residency_atlas(residency)->count;
     bool unfinished = true;
-    int ahead = choose_ahead(1, slots, slots);
+    int ahead = 1;
     for (uint32_t t = 0; t < feedback->tiles; t++)
         feedback->words[t] = 1;
     s->gl->Uniform1i(at(s, "resume"), GL_FALSE);
