@@ -33,7 +33,8 @@ int vr_renderer_create(struct vr_renderer **out, const struct brick_volume *volu
         (result = vr_context_create(&r->context, params->context, err)) ||
         (result = vr_context_bind(r->context, err)))
         goto fail;
-    result = vr_residency_create(&r->residency, r->context, volume, params->gpu_cache_bytes, r->pool, err);
+    result = vr_residency_create(&r->residency, r->context, volume, params->gpu_cache_bytes,
+                                 params->host_cache_bytes, r->pool, err);
     vr_context_unbind(r->context);
     if (result)
         goto fail;
@@ -95,19 +96,21 @@ static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, con
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     struct vr_residency_counters counters;
     struct vr_report drawn = {0};
-    int result = vr_residency_update(r->residency, &query, &scene->camera, &counters, err);
-    if (result)
-        return result;
     uint64_t start_ns = brick_now_ns();
-    result =
-        vr_raycast_draw(&r->raycast, r->context, r->volume, r->residency, scene, quality, image, &drawn, err);
+    int result = vr_residency_begin(r->residency, &query, &scene->camera, err);
+    if (!result)
+        result = vr_raycast_draw(&r->raycast, r->context, r->volume, r->residency, scene, quality, image,
+                                 &drawn, err);
     if (result || !report)
         return result;
+    vr_residency_count(r->residency, &counters);
     *report = drawn;
     report->bricks_total = counters.bricks_total;
     report->bricks_active = counters.bricks_active;
     report->bricks_loaded = counters.bricks_loaded;
+    report->bricks_read = counters.bricks_read;
     report->bytes_read = counters.bytes_read;
+    report->host_cache_peak_bytes = counters.host_cache_peak_bytes;
     report->gpu_cache_bytes = counters.cache_bytes;
     report->gpu_cache_peak_bytes = counters.cache_peak_bytes;
     report->seconds_frame = 1e-9 * (double)(brick_now_ns() - start_ns);

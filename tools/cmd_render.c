@@ -1,6 +1,7 @@
 /* Why: `brick render`: from a .brick file to pictures. Everything that can be checked without the volume is
  * checked before it is opened, so that a typing mistake costs no render. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <brick/threads.h>
@@ -8,6 +9,7 @@
 #include <formats/formats.h>
 #include <renderer/renderer.h>
 
+#include "cameras.h"
 #include "command.h"
 #include "message.h"
 #include "options.h"
@@ -17,7 +19,8 @@ enum { METHOD_RAYCAST, METHOD_ISOTRACE, METHOD_EXACT };
 
 struct request {
     struct tool_list outputs;
-    const char *tf;
+    const char *tf, *path;
+    uint32_t turntable;
     struct vr_scene scene;
     struct vr_quality quality;
     struct vr_renderer_params renderer;
@@ -28,7 +31,7 @@ struct request {
     int mode, method, context, field;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
-    bool has_step, has_termination, has_refinements, has_cache, has_context, has_field;
+    bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
     bool has_opacity, no_skip, json, quiet;
 };
 
@@ -76,6 +79,10 @@ static int check_request(const struct request *request)
         return tool_misuse("render", "--camera goes without --eye, --look and --up");
     if (!request->has_eye && (request->has_look || request->has_up))
         return tool_misuse("render", "--look and --up go with --eye");
+    if (request->has_turntable && (request->has_eye || request->path))
+        return tool_misuse("render", "--turntable goes without --eye and --path");
+    if (request->path && (request->has_eye || request->has_camera))
+        return tool_misuse("render", "--path goes without --camera and --eye");
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
     if (request->method == METHOD_EXACT) {
@@ -93,34 +100,36 @@ static int check_request(const struct request *request)
     return check_isotrace(request);
 }
 
-static void place_camera(const struct request *request, const struct brick_grid *grid,
-                         struct brick_camera *camera)
+static int place_cameras(const struct request *request, const struct brick_grid *grid,
+                         struct tool_cameras *cameras, struct brick_error *err)
 {
-    double aspect = (double)request->scene.width / request->scene.height;
-    brick_camera_orbit(camera, grid, request->orbit[0], request->orbit[1], request->fov, request->ortho,
-                       aspect);
-    if (!request->has_eye)
-        return;
+    const struct tool_view view = {request->orbit[0], request->orbit[1], request->fov, request->ortho,
+                                   (double)request->scene.width / request->scene.height};
+    if (request->path)
+        return tool_cameras_load(cameras, request->path, grid, &view, err);
+    int code =
+        tool_cameras_turntable(cameras, grid, &view, request->has_turntable ? request->turntable : 1, err);
+    if (code || !request->has_eye)
+        return code;
+    struct brick_camera *camera = cameras->item;
     memcpy(camera->eye_mm, request->eye, sizeof camera->eye_mm);
     if (request->has_look)
         memcpy(camera->look_mm, request->look,
                sizeof camera->look_mm); /* else the box's centre, from the orbit */
     memcpy(camera->up, request->up, sizeof camera->up);
+    return BRICK_OK;
 }
 
 /* Surfaces coloured by the transfer function at their values, or else the first as any isosurface and the
  * others each in a colour of its own. */
-static int trace_surfaces(const struct request *request, const struct brick_volume *volume,
+static int trace_surfaces(const struct request *request, struct vr_isotracer *tracer,
                           const struct vr_scene *scene, struct brick_image *image, struct vr_report *report,
                           struct brick_error *err)
 {
     static const double others[][3] = {
         {0.7, 0.25, 0.15}, {0.2, 0.5, 0.75}, {0.3, 0.65, 0.25}, {0.75, 0.6, 0.15}};
-    const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
-                                            .threads = request->renderer.threads};
     struct vr_iso_surface surfaces[TOOL_REALS_MAX];
     struct vr_isotrace_params params = request->isotrace;
-    struct vr_isotracer *tracer = NULL;
     double sigma;
     for (uint32_t k = 0; k < request->iso.count; k++) {
         surfaces[k].isovalue = request->iso.value[k];
@@ -135,11 +144,7 @@ static int trace_surfaces(const struct request *request, const struct brick_volu
     params.skip = !request->no_skip;
     if (request->has_termination)
         params.termination = request->quality.termination;
-    int code = vr_isotracer_create(&tracer, volume, &cpu, err);
-    if (!code)
-        code = vr_render_isotrace(tracer, scene, &params, image, report, err);
-    vr_isotracer_destroy(&tracer);
-    return code;
+    return vr_render_isotrace(tracer, scene, &params, image, report, err);
 }
 
 /* -1, or the exit code of a usage error. */
@@ -160,63 +165,154 @@ static int read_clip_planes(const struct tool_list *list, struct vr_scene *scene
     return -1;
 }
 
-static int make_image(const struct request *request, const struct brick_volume *volume,
-                      struct brick_image *image, struct vr_report *report, struct brick_error *err)
+/* "img.exr" for a single picture; "img-0003.exr" in a film. */
+static int frame_path(const char *output, bool film, size_t frame, char *path, size_t size,
+                      struct brick_error *err)
 {
-    struct vr_scene scene = request->scene;
-    struct brick_transfer *transfer = NULL;
-    struct vr_renderer *renderer = NULL;
+    const char *slash = strrchr(output, '/'), *name = slash ? slash + 1 : output, *dot = strrchr(name, '.');
+    int stem = (int)((dot && dot > name ? dot : output + strlen(output)) - output);
+    int length = film ? snprintf(path, size, "%.*s-%04zu%s", stem, output, frame, output + stem)
+                      : snprintf(path, size, "%s", output);
+    return length < (int)size
+               ? BRICK_OK
+               : brick_fail(err, BRICK_ERR_ARGUMENT, "%.200s...: the name is too long", output);
+}
 
-    scene.mode = (enum brick_mode)request->mode;
-    place_camera(request, brick_volume_grid(volume), &scene.camera);
-    int code = 0;
-    /* An isosurface without --tf keeps its plain colour. */
-    if (scene.mode != BRICK_MODE_ISO || request->tf)
-        code = tool_transfer_load(&transfer, request->tf, volume, err);
-    scene.transfer = transfer;
-    if (!code)
-        code = brick_image_init(image, scene.width, scene.height, err);
-    if (!code && request->method == METHOD_EXACT) {
+/* What a film's frames share. */
+struct studio {
+    const struct request *request;
+    const struct brick_volume *volume;
+    struct vr_renderer *renderer; /* by the method, one of these, or neither: exact keeps nothing warm */
+    struct vr_isotracer *tracer;
+    struct vr_scene scene;
+    struct brick_image image;
+};
+
+static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_report *report,
+                      struct brick_error *err)
+{
+    const struct request *request = studio->request;
+    char path[4096];
+    int code;
+    if (studio->renderer) {
+        code = vr_render(studio->renderer, &studio->scene, &request->quality, &studio->image, report, err);
+    } else if (studio->tracer) {
+        code = trace_surfaces(request, studio->tracer, &studio->scene, &studio->image, report, err);
+    } else {
         struct vr_exact_params params = vr_exact_defaults;
         params.host_cache_bytes = request->renderer.host_cache_bytes;
         params.threads = request->renderer.threads;
         params.field = (enum vr_field)request->field;
-        code = vr_render_exact(volume, &scene, &params, image, report, err);
-    } else if (!code && request->method == METHOD_ISOTRACE) {
-        code = trace_surfaces(request, volume, &scene, image, report, err);
-    } else if (!code) {
-        code = vr_renderer_create(&renderer, volume, &request->renderer, err);
-        if (!code)
-            code = vr_render(renderer, &scene, &request->quality, image, report, err);
+        code = vr_render_exact(studio->volume, &studio->scene, &params, &studio->image, report, err);
     }
-    vr_renderer_destroy(&renderer);
+    for (size_t i = 0; i < request->outputs.count && !code; i++)
+        if (!(code = frame_path(request->outputs.item[i], film, frame, path, sizeof path, err)))
+            code = fmt_image_write(path, &studio->image, &request->image, err);
+    if (!code && film && !request->quiet)
+        fprintf(stderr, "frame %zu: %.3f s, %llu passes, %llu bricks loaded, %llu read, %s\n", frame,
+                report->seconds_frame, (unsigned long long)report->passes,
+                (unsigned long long)report->bricks_loaded, (unsigned long long)report->bricks_read,
+                tool_size_text(report->bytes_read).text);
+    return code;
+}
+
+static int make_frames(const struct request *request, const struct brick_volume *volume,
+                       const struct tool_cameras *cameras, struct vr_report *reports, struct brick_error *err)
+{
+    struct studio studio = {.request = request, .volume = volume, .scene = request->scene};
+    struct brick_transfer *transfer = NULL;
+    bool film = request->path || request->has_turntable;
+
+    studio.scene.mode = (enum brick_mode)request->mode;
+    int code = 0;
+    /* An isosurface without --tf keeps its plain colour. */
+    if (studio.scene.mode != BRICK_MODE_ISO || request->tf)
+        code = tool_transfer_load(&transfer, request->tf, volume, err);
+    studio.scene.transfer = transfer;
+    if (!code)
+        code = brick_image_init(&studio.image, studio.scene.width, studio.scene.height, err);
+    if (!code && request->method == METHOD_RAYCAST)
+        code = vr_renderer_create(&studio.renderer, volume, &request->renderer, err);
+    const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
+                                            .threads = request->renderer.threads};
+    if (!code && request->method == METHOD_ISOTRACE)
+        code = vr_isotracer_create(&studio.tracer, volume, &cpu, err);
+    for (size_t i = 0; i < cameras->count && !code; i++) {
+        studio.scene.camera = cameras->item[i];
+        code = make_frame(&studio, film, i, &reports[i], err);
+    }
+    vr_renderer_destroy(&studio.renderer);
+    vr_isotracer_destroy(&studio.tracer);
+    brick_image_finish(&studio.image);
     brick_transfer_destroy(&transfer);
     return code;
 }
 
-static int print_json(const struct vr_report *report, double seconds)
+/* What is counted, over all frames; what is a state, of the last; seconds_frame: of a frame, on average. */
+static struct vr_report sum_reports(const struct vr_report *reports, size_t count)
 {
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddNumberToObject(json, "seconds_total", seconds);
+    struct vr_report sum = reports[count - 1];
+    for (size_t i = 0; i + 1 < count; i++) {
+        sum.passes += reports[i].passes;
+        sum.bricks_loaded += reports[i].bricks_loaded;
+        sum.bricks_read += reports[i].bricks_read;
+        sum.bytes_read += reports[i].bytes_read;
+        sum.samples += reports[i].samples;
+        sum.seconds_frame += reports[i].seconds_frame;
+    }
+    sum.seconds_frame /= (double)count;
+    return sum;
+}
+
+/* What a frame and a film have in common. */
+static void add_counts(cJSON *json, const struct vr_report *report)
+{
     cJSON_AddNumberToObject(json, "seconds_frame", report->seconds_frame);
     cJSON_AddNumberToObject(json, "passes", (double)report->passes);
-    cJSON_AddNumberToObject(json, "bricks_total", (double)report->bricks_total);
-    cJSON_AddNumberToObject(json, "bricks_active", (double)report->bricks_active);
     cJSON_AddNumberToObject(json, "bricks_loaded", (double)report->bricks_loaded);
+    cJSON_AddNumberToObject(json, "bricks_read", (double)report->bricks_read);
     cJSON_AddNumberToObject(json, "bytes_read", (double)report->bytes_read);
-    cJSON_AddNumberToObject(json, "gpu_cache_bytes", (double)report->gpu_cache_bytes);
-    cJSON_AddNumberToObject(json, "gpu_cache_peak_bytes", (double)report->gpu_cache_peak_bytes);
     cJSON_AddNumberToObject(json, "samples", (double)report->samples);
-    cJSON_AddStringToObject(json, "gl_renderer", report->gl_renderer);
+}
+
+static int print_json(const struct vr_report *reports, size_t count, double seconds)
+{
+    const struct vr_report sum = sum_reports(reports, count);
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddNumberToObject(json, "seconds_total", seconds);
+    add_counts(json, &sum);
+    cJSON_AddNumberToObject(json, "bricks_total", (double)sum.bricks_total);
+    cJSON_AddNumberToObject(json, "bricks_active", (double)sum.bricks_active);
+    cJSON_AddNumberToObject(json, "gpu_cache_bytes", (double)sum.gpu_cache_bytes);
+    cJSON_AddNumberToObject(json, "gpu_cache_peak_bytes", (double)sum.gpu_cache_peak_bytes);
+    cJSON_AddNumberToObject(json, "host_cache_peak_bytes", (double)sum.host_cache_peak_bytes);
+    cJSON_AddStringToObject(json, "gl_renderer", sum.gl_renderer);
     cJSON_AddNumberToObject(json, "peak_rss_bytes", (double)brick_peak_rss_bytes());
+    cJSON *frames = cJSON_AddArrayToObject(json, "frames");
+    for (size_t i = 0; frames && i < count; i++) {
+        cJSON *frame = cJSON_CreateObject();
+        if (frame)
+            add_counts(frame, &reports[i]);
+        cJSON_AddItemToArray(frames, frame);
+    }
     return tool_json_print("render", json);
+}
+
+static void print_summary(const struct request *request, const struct vr_report *reports, size_t count,
+                          double seconds)
+{
+    const struct vr_report sum = sum_reports(reports, count);
+    fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s\n",
+            request->outputs.item[0], modes[request->mode], (unsigned long long)sum.bricks_active,
+            (unsigned long long)sum.bricks_total, sum.seconds_frame, seconds, sum.gl_renderer[0] ? ", " : "",
+            sum.gl_renderer);
 }
 
 static int render(const struct request *request, const char *path)
 {
     struct brick_volume *volume = NULL;
-    struct brick_image image = {0};
-    struct vr_report report = {0};
+    struct tool_cameras cameras = {0};
+    struct vr_report *reports = NULL;
     struct brick_error err = {0};
     uint64_t start_ns = brick_now_ns();
 
@@ -228,22 +324,22 @@ static int render(const struct request *request, const char *path)
     if (!code && !brick_volume_stats(volume)->count && !request->quiet)
         tool_note("render", "%s: no voxel is finite, the picture is empty", path);
     if (!code)
-        code = make_image(request, volume, &image, &report, &err);
-    for (size_t i = 0; i < request->outputs.count && !code; i++)
-        code = fmt_image_write(request->outputs.item[i], &image, &request->image, &err);
+        code = place_cameras(request, brick_volume_grid(volume), &cameras, &err);
+    if (!code && !(reports = calloc(cameras.count, sizeof *reports)))
+        code = brick_fail(&err, BRICK_ERR_MEMORY, "no memory for %zu frames", cameras.count);
+    if (!code)
+        code = make_frames(request, volume, &cameras, reports, &err);
     double seconds = 1e-9 * (double)(brick_now_ns() - start_ns);
     if (code) {
         code = tool_fail("render", &err);
     } else {
         if (!request->quiet)
-            fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s\n",
-                    request->outputs.item[0], modes[request->mode], (unsigned long long)report.bricks_active,
-                    (unsigned long long)report.bricks_total, report.seconds_frame, seconds,
-                    report.gl_renderer[0] ? ", " : "", report.gl_renderer);
+            print_summary(request, reports, cameras.count, seconds);
         if (request->json)
-            code = print_json(&report, seconds);
+            code = print_json(reports, cameras.count, seconds);
     }
-    brick_image_finish(&image);
+    free(reports);
+    tool_cameras_finish(&cameras);
     brick_volume_close(&volume);
     return code;
 }
@@ -303,6 +399,11 @@ int cmd_render(int argc, char **argv)
          .limits = {.min = 0.001, .max = 179}, .help = "vertical opening in degrees (default 30)"},
         {"ortho", .value = "H", .parse = tool_parse_positive, .target = &r.ortho, .given = &r.has_ortho,
          .help = "parallel projection, the picture H mm high"},
+        {"turntable", .value = "N", .parse = tool_parse_u32, .target = &r.turntable,
+         .given = &r.has_turntable, .limits = {.min = 1, .max = 100000},
+         .help = "N pictures all the way round: IMG-0000.exr, ..."},
+        {"path", .value = "FILE", .parse = tool_parse_text, .target = &r.path,
+         .help = "a picture for each camera of a JSON file"},
         {"level", .value = "L", .parse = tool_parse_u32, .target = &r.scene.level,
          .help = "level to render; 0 is full resolution (default)"},
         {"termination", .value = "T", .parse = tool_parse_real, .target = &r.quality.termination,

@@ -10,11 +10,13 @@
     X(PFNGLATTACHSHADERPROC, AttachShader)                                                                   \
     X(PFNGLBINDBUFFERPROC, BindBuffer)                                                                       \
     X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                                                             \
+    X(PFNGLBINDIMAGETEXTUREPROC, BindImageTexture)                                                           \
     X(PFNGLBINDTEXTUREPROC, BindTexture)                                                                     \
     X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                                                             \
     X(PFNGLBUFFERDATAPROC, BufferData)                                                                       \
     X(PFNGLBUFFERSUBDATAPROC, BufferSubData)                                                                 \
     X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                                               \
+    X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
     X(PFNGLCREATESHADERPROC, CreateShader)                                                                   \
@@ -26,14 +28,15 @@
     X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                                                       \
     X(PFNGLDISABLEPROC, Disable)                                                                             \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
-    X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
     X(PFNGLENABLEPROC, Enable)                                                                               \
     X(PFNGLFLUSHPROC, Flush)                                                                                 \
+    X(PFNGLFRAMEBUFFERPARAMETERIPROC, FramebufferParameteri)                                                 \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                                                   \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                                                                       \
     X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                                                             \
     X(PFNGLGENTEXTURESPROC, GenTextures)                                                                     \
     X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                                                             \
+    X(PFNGLGETBUFFERSUBDATAPROC, GetBufferSubData)                                                           \
     X(PFNGLGETERRORPROC, GetError)                                                                           \
     X(PFNGLGETINTEGERVPROC, GetIntegerv)                                                                     \
     X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                                                         \
@@ -43,6 +46,8 @@
     X(PFNGLGETSTRINGPROC, GetString)                                                                         \
     X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)                                                       \
     X(PFNGLLINKPROGRAMPROC, LinkProgram)                                                                     \
+    X(PFNGLMAPBUFFERRANGEPROC, MapBufferRange)                                                               \
+    X(PFNGLMEMORYBARRIERPROC, MemoryBarrier)                                                                 \
     X(PFNGLPIXELSTOREIPROC, PixelStorei)                                                                     \
     X(PFNGLREADBUFFERPROC, ReadBuffer)                                                                       \
     X(PFNGLREADPIXELSPROC, ReadPixels)                                                                       \
@@ -65,6 +70,7 @@
     X(PFNGLUNIFORMMATRIX3FVPROC, UniformMatrix3fv)                                                           \
     X(PFNGLUNIFORMMATRIX3DVPROC, UniformMatrix3dv)                                                           \
     X(PFNGLUSEPROGRAMPROC, UseProgram)                                                                       \
+    X(PFNGLUNMAPBUFFERPROC, UnmapBuffer)                                                                     \
     X(PFNGLVIEWPORTPROC, Viewport)
 
 struct vr_gl {

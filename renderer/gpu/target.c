@@ -1,10 +1,13 @@
 /* The offscreen target. Row 0 of the framebuffer is the picture's top row: the shader counts rows downward,
- * so nothing is flipped. */
+ * so nothing is flipped. Drawing goes to a framebuffer without attachments: a shader that reads and writes
+ * its own pixel of an image needs no second copy, and a pixel that is not drawn keeps what it has. Words are
+ * integers so that no driver touches the bits of a NaN or a denormal number. */
 #include "target.h"
 
-#define TILE 256
+/* Tiles between flushes: enough that every core has some. */
+#define TILES_A_FLUSH 64
 
-static GLuint attach(const struct vr_gl *gl, GLenum attachment, GLenum format, int width, int height)
+static GLuint create_texture(const struct vr_gl *gl, GLenum format, int width, int height)
 {
     GLuint texture;
     gl->GenTextures(1, &texture);
@@ -13,31 +16,35 @@ static GLuint attach(const struct vr_gl *gl, GLenum attachment, GLenum format, i
     gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     gl->BindTexture(GL_TEXTURE_2D, 0);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture, 0);
     return texture;
 }
 
 int vr_target_init(struct vr_target *target, struct vr_context *context, int width, int height,
-                   bool several_passes, struct brick_error *err)
+                   struct brick_error *err)
 {
     const struct vr_gl *gl = &context->gl;
-    static const GLenum attachments[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-    int result = BRICK_OK;
+    bool complete;
+    int result;
 
-    *target = (struct vr_target){.width = width, .height = height, .count = several_passes ? 2 : 1};
+    *target = (struct vr_target){.width = width, .height = height};
     gl->GenVertexArrays(1, &target->vertex_array);
-    for (int i = 0; !result && i < target->count; i++) {
-        gl->GenFramebuffers(1, &target->framebuffer[i]);
-        gl->BindFramebuffer(GL_FRAMEBUFFER, target->framebuffer[i]);
-        target->colour[i] = attach(gl, attachments[0], GL_RGBA32F, width, height);
-        target->numbers[i] = attach(gl, attachments[1], GL_RG32UI, width, height);
-        gl->DrawBuffers(2, attachments);
-        result = vr_context_check(context, "picture buffer", err);
-        if (!result && gl->CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-            result = brick_fail(err, BRICK_ERR_UNSUPPORTED, "OpenGL (%s) cannot draw to float32 pictures",
-                                context->renderer);
-    }
+    target->words = create_texture(gl, GL_RGBA32UI, width, height);
+    target->numbers = create_texture(gl, GL_RG32UI, width, height);
+    gl->GenFramebuffers(1, &target->draw_framebuffer);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, target->draw_framebuffer);
+    gl->FramebufferParameteri(GL_FRAMEBUFFER, GL_FRAMEBUFFER_DEFAULT_WIDTH, width);
+    gl->FramebufferParameteri(GL_FRAMEBUFFER, GL_FRAMEBUFFER_DEFAULT_HEIGHT, height);
+    complete = gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+    gl->GenFramebuffers(1, &target->read_framebuffer);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, target->read_framebuffer);
+    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target->words, 0);
+    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, target->numbers, 0);
+    complete = complete && gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
+    result = vr_context_check(context, "picture buffer", err);
+    if (!result && !complete)
+        result = brick_fail(err, BRICK_ERR_UNSUPPORTED, "OpenGL (%s) cannot draw to images of %d x %d",
+                            context->renderer, width, height);
     if (result)
         vr_target_finish(target, context);
     return result;
@@ -46,54 +53,71 @@ int vr_target_init(struct vr_target *target, struct vr_context *context, int wid
 void vr_target_finish(struct vr_target *target, struct vr_context *context)
 {
     const struct vr_gl *gl = &context->gl;
-    gl->DeleteFramebuffers(2, target->framebuffer);
-    gl->DeleteTextures(2, target->colour);
-    gl->DeleteTextures(2, target->numbers);
+    gl->DeleteFramebuffers(1, &target->draw_framebuffer);
+    gl->DeleteFramebuffers(1, &target->read_framebuffer);
+    gl->DeleteTextures(1, &target->words);
+    gl->DeleteTextures(1, &target->numbers);
     gl->DeleteVertexArrays(1, &target->vertex_array);
     *target = (struct vr_target){0};
 }
 
-void vr_target_use(const struct vr_target *target, struct vr_context *context, GLuint colour_unit,
+void vr_target_use(const struct vr_target *target, struct vr_context *context, GLuint words_unit,
                    GLuint numbers_unit)
 {
     const struct vr_gl *gl = &context->gl;
-    gl->ActiveTexture(GL_TEXTURE0 + colour_unit);
-    gl->BindTexture(GL_TEXTURE_2D, target->colour[target->drawn]);
-    gl->ActiveTexture(GL_TEXTURE0 + numbers_unit);
-    gl->BindTexture(GL_TEXTURE_2D, target->numbers[target->drawn]);
-    gl->ActiveTexture(GL_TEXTURE0);
+    gl->BindImageTexture(words_unit, target->words, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32UI);
+    gl->BindImageTexture(numbers_unit, target->numbers, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RG32UI);
 }
 
-void vr_target_draw(struct vr_target *target, struct vr_context *context, int width, int height)
+static int less(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+void vr_target_draw(const struct vr_target *target, struct vr_context *context, int width, int height,
+                    const uint32_t *flags, int tiles_across)
 {
     const struct vr_gl *gl = &context->gl;
-    target->drawn = (target->drawn + 1) % target->count;
-    gl->BindFramebuffer(GL_FRAMEBUFFER, target->framebuffer[target->drawn]);
+    const int edge = VR_TARGET_TILE;
+    int since_flush = 0;
+    gl->BindFramebuffer(GL_FRAMEBUFFER, target->draw_framebuffer);
     gl->BindVertexArray(target->vertex_array);
     gl->Viewport(0, 0, target->width, target->height);
-    gl->Disable(GL_BLEND);
     gl->Disable(GL_DEPTH_TEST);
     gl->Enable(GL_SCISSOR_TEST);
-    for (int y = 0; y < height; y += TILE)
-        for (int x = 0; x < width; x += TILE) {
-            gl->Scissor(x, y, width - x < TILE ? width - x : TILE, height - y < TILE ? height - y : TILE);
-            gl->DrawArrays(GL_TRIANGLES, 0, 3);
-            gl->Flush();
+    for (int y = 0; y < height; y += edge)
+        for (int x = 0; x < width;) {
+            const uint32_t *flag = flags + (size_t)(y / edge) * (size_t)tiles_across + x / edge;
+            int run = 0; /* tiles side by side go in one draw */
+            while (x + run * edge < width && flag[run])
+                run++;
+            if (run) {
+                gl->Scissor(x, y, less(width - x, run * edge), less(height - y, edge));
+                gl->DrawArrays(GL_TRIANGLES, 0, 3);
+                since_flush += run;
+            }
+            if (since_flush >= TILES_A_FLUSH) {
+                gl->Flush();
+                since_flush = 0;
+            }
+            x += (run + 1) * edge;
         }
     gl->Disable(GL_SCISSOR_TEST);
     gl->BindVertexArray(0);
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl->MemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
+                      GL_FRAMEBUFFER_BARRIER_BIT);
 }
 
 void vr_target_read(const struct vr_target *target, struct vr_context *context, int width, int height,
                     float *rgba, int stride, uint32_t *numbers)
 {
     const struct vr_gl *gl = &context->gl;
-    gl->BindFramebuffer(GL_FRAMEBUFFER, target->framebuffer[target->drawn]);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, target->read_framebuffer);
     gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl->PixelStorei(GL_PACK_ROW_LENGTH, stride);
     gl->ReadBuffer(GL_COLOR_ATTACHMENT0);
-    gl->ReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, rgba);
+    gl->ReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_UNSIGNED_INT, rgba);
     gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
     gl->ReadBuffer(GL_COLOR_ATTACHMENT1);
     gl->ReadPixels(0, 0, width, height, GL_RG_INTEGER, GL_UNSIGNED_INT, numbers);

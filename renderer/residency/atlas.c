@@ -40,18 +40,6 @@ bool vr_atlas_arrange(uint64_t want, uint64_t most, const int limit[3], int slot
     return best > 0;
 }
 
-uint64_t vr_atlas_bytes_for(const struct vr_context *context, const struct brick_grid *grid, uint64_t bricks)
-{
-    int size[3], limit[3], slots[3];
-    uint64_t bytes;
-    slot_shape(grid, size, &bytes);
-    slot_limit(context, size, limit);
-    if (!vr_atlas_arrange(bricks, VR_ATLAS_MAX_BYTES / bytes, limit, slots))
-        return 0;
-    uint64_t n = (uint64_t)slots[0] * (uint64_t)slots[1] * (uint64_t)slots[2];
-    return n >= bricks ? n * bytes : 0;
-}
-
 int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const struct brick_grid *grid,
                   uint64_t budget_bytes, struct brick_error *err)
 {
@@ -101,6 +89,13 @@ void vr_atlas_finish(struct vr_atlas *atlas, struct vr_context *context)
     *atlas = (struct vr_atlas){0};
 }
 
+void vr_atlas_use(const struct vr_atlas *atlas, struct vr_context *context, GLuint unit)
+{
+    context->gl.ActiveTexture(GL_TEXTURE0 + unit);
+    context->gl.BindTexture(GL_TEXTURE_3D, atlas->texture);
+    context->gl.ActiveTexture(GL_TEXTURE0);
+}
+
 void vr_atlas_slot_place(const struct vr_atlas *atlas, uint32_t slot, uint32_t at[3])
 {
     uint32_t nx = (uint32_t)atlas->slots[0], ny = (uint32_t)atlas->slots[1];
@@ -110,7 +105,7 @@ void vr_atlas_slot_place(const struct vr_atlas *atlas, uint32_t slot, uint32_t a
 }
 
 void vr_atlas_upload(const struct vr_atlas *atlas, struct vr_context *context, uint32_t slot,
-                     const uint32_t stored[3], const void *voxels)
+                     const uint32_t stored[3], size_t at_byte)
 {
     const struct vr_gl *gl = &context->gl;
     uint32_t at[3];
@@ -120,6 +115,6 @@ void vr_atlas_upload(const struct vr_atlas *atlas, struct vr_context *context, u
     gl->TexSubImage3D(GL_TEXTURE_3D, 0, (GLint)at[0] * atlas->slot_size[0],
                       (GLint)at[1] * atlas->slot_size[1], (GLint)at[2] * atlas->slot_size[2],
                       (GLsizei)stored[0], (GLsizei)stored[1], (GLsizei)stored[2], atlas->format, atlas->type,
-                      voxels);
+                      (const void *)(uintptr_t)at_byte);
     gl->BindTexture(GL_TEXTURE_3D, 0);
 }

@@ -25,18 +25,18 @@ struct vr_atlas {
  * allows. False when not one slot fits. limit: slots that fit the texture on each axis. */
 bool vr_atlas_arrange(uint64_t want, uint64_t most, const int limit[3], int slots[3]);
 
-/* Bytes of cache that `bricks` slots of this grid need; 0 when no texture can hold so many. */
-uint64_t vr_atlas_bytes_for(const struct vr_context *context, const struct brick_grid *grid, uint64_t bricks);
-
 /* Slots for every brick of level 0, or as many as budget_bytes holds. BRICK_ERR_MEMORY when that is not one.
  * The context is bound. */
 int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const struct brick_grid *grid,
                   uint64_t budget_bytes, struct brick_error *err);
 void vr_atlas_finish(struct vr_atlas *atlas, struct vr_context *context);
 
+/* Make it the texture of a unit; an upload undoes that. */
+void vr_atlas_use(const struct vr_atlas *atlas, struct vr_context *context, GLuint unit);
 void vr_atlas_slot_place(const struct vr_atlas *atlas, uint32_t slot, uint32_t at[3]);
-/* stored: the brick's voxels on each axis, at most slot_size. */
+/* stored: the brick's voxels on each axis, at most slot_size; they begin at a byte of the pixel buffer that
+ * is bound. */
 void vr_atlas_upload(const struct vr_atlas *atlas, struct vr_context *context, uint32_t slot,
-                     const uint32_t stored[3], const void *voxels);
+                     const uint32_t stored[3], size_t at_byte);
 
 #endif

@@ -70,11 +70,13 @@ void vr_macrocells_classify(struct vr_macrocells *m, uint32_t slot, const struct
 
 int vr_macrocells_upload(struct vr_macrocells *m, struct vr_context *context, struct brick_error *err)
 {
-    int result = BRICK_OK;
-    if (m->dirty || !m->buffer.name)
-        result = vr_buffer_write(&m->buffer, context, GL_R32UI, m->words,
-                                 (uint64_t)m->slots * 2 * (uint64_t)m->plane_words * sizeof *m->words,
-                                 "macrocell bits", err);
-    m->dirty = m->dirty && result != BRICK_OK;
-    return result;
+    return vr_buffer_write(&m->buffer, context, GL_R32UI, m->words,
+                           (uint64_t)m->slots * 2 * (uint64_t)m->plane_words * sizeof *m->words,
+                           "macrocell bits", err);
+}
+
+void vr_macrocells_update(struct vr_macrocells *m, struct vr_context *context, uint32_t *slots, size_t count)
+{
+    vr_buffer_update(&m->buffer, context, m->words, 2 * (size_t)m->plane_words * sizeof *m->words, slots,
+                     count);
 }

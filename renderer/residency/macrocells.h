@@ -16,7 +16,6 @@ struct vr_macrocells {
     uint32_t slots;
     float *ranges; /* slots x cells x (min, max), stored values; min > max: nothing finite, or no such cell */
     uint32_t *words; /* what the buffer holds, or will */
-    bool dirty;
     struct vr_buffer buffer;
 };
 
@@ -30,7 +29,8 @@ void vr_macrocells_set(struct vr_macrocells *m, uint32_t slot, const struct bric
 /* Find a slot's bits for a picture (brick_active_macrocells). Safe for different slots at once. */
 void vr_macrocells_classify(struct vr_macrocells *m, uint32_t slot, const struct brick_grid *grid,
                             const struct brick_active_query *query, bool whole);
-/* Bring the buffer up to date after setting `dirty`. The context is bound. */
+/* Upload the bits of all slots; of some, whose numbers are sorted. The context is bound. */
 int vr_macrocells_upload(struct vr_macrocells *m, struct vr_context *context, struct brick_error *err);
+void vr_macrocells_update(struct vr_macrocells *m, struct vr_context *context, uint32_t *slots, size_t count);
 
 #endif

@@ -1,28 +1,33 @@
 /* The slot map and its upkeep.
  *
- * Invariants: slot s holds brick id[s] or NO_BRICK; slot_of[b] names the slot of brick b of the table's
- * level, or NO_SLOT, and the two agree; a slot that the picture at hand needs carries its number and is not
- * taken away. A brick is entered only once its voxels are in the texture, so an error in between leaves a
- * smaller but true map. */
+ * Invariants: slot s holds brick slots[s].id or NO_BRICK; slot_of[b] names the slot of brick b of the table's
+ * level, or NO_SLOT, and the two agree; page[b] is what the GPU's table holds, or will at the end of the
+ * call, unless `stale`. A brick that did not get into the texture, because of an error, is not in the map.
+ *
+ * Which brick goes when: bricks are cells of a lattice, each the set of points nearest to its own centre, so
+ * along any ray their centres' distances from the eye ascend (all in units of the lattice; parallel rays: the
+ * places along the view). Hence no ray will need a brick that is nearer than the nearest brick that some ray
+ * waits for: those go first, least recently used ones before others. After them go the farthest, which are
+ * needed last. And of the bricks that rays wait for the nearest is needed now for the last time: loading in
+ * this order brings few bricks twice. */
 #include "residency.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include <brick/cache.h>
 #include <brick/checked.h>
 
 #include "page_table.h"
+#include "upload.h"
 
 #define NO_BRICK UINT64_MAX
 #define NO_SLOT  UINT32_MAX
-/* Bricks read at once, a thread: enough to keep all busy, little memory. */
-#define READS_A_THREAD 4
-#define NO_LEVEL       UINT32_MAX
+#define NO_LEVEL UINT32_MAX
 
 struct slot {
     uint64_t id;
-    uint64_t picture;    /* the last that needed it */
+    uint64_t used;       /* number of the last pass that wanted it */
     uint64_t classified; /* the classification its macrocell bits are of; 0: none */
 };
 
@@ -35,60 +40,85 @@ struct classification {
     size_t count;
 };
 
+struct want {
+    double distance;
+    uint32_t brick;
+    bool needed;
+};
+
+enum worth { WORTH_NOTHING, WORTH_PAST, WORTH_FUTURE };
+
+struct victim {
+    enum worth worth;
+    uint64_t used;
+    double distance; /* WORTH_FUTURE */
+    uint32_t slot;
+};
+
 struct vr_residency {
     struct vr_context *context;
     const struct brick_volume *volume;
     struct brick_pool *pool;
+    struct brick_cache *cache;
+    struct brick_loader *loader;
     struct vr_atlas atlas;
+    struct vr_upload upload;
     struct vr_macrocells macrocells;
     struct vr_buffer pages;
     struct slot *slots;
-    uint64_t used_slots, peak_slots, picture;
+    uint64_t used_slots, peak_slots, pass;
     struct classification classification;
 
     uint32_t level; /* of the arrays below */
     uint64_t bricks;
     uint32_t *slot_of, *page;
     uint8_t *state;
+    bool stale; /* the GPU does not have what the arrays say */
 
-    unsigned reads; /* buffers */
-    size_t read_bytes;
-    uint8_t *read_data;
-    struct brick_scratch *scratch;
-};
+    /* The picture at hand. */
+    struct brick_active_query query; /* only while bricks are classified */
+    double eye[3];                   /* in bricks of the level; or the direction of parallel rays */
+    bool parallel;
+    uint64_t active, loaded;
+    struct brick_cache_counters before;
 
-struct missing {
-    double distance;
-    uint64_t id;
+    /* Of one pass; room for one a slot (changed_pages: two) but for wants, which grow. */
+    struct want *wants;
+    size_t wants_room;
+    struct victim *victims;
+    uint64_t *ids;
+    uint32_t *changed_pages, *changed_slots;
+    size_t changed_page_count, changed_slot_count;
 };
 
 int vr_residency_create(struct vr_residency **out, struct vr_context *context,
-                        const struct brick_volume *volume, uint64_t budget_bytes, struct brick_pool *pool,
-                        struct brick_error *err)
+                        const struct brick_volume *volume, uint64_t gpu_bytes, uint64_t host_bytes,
+                        struct brick_pool *pool, struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
-    unsigned threads = brick_pool_threads(pool);
-    uint64_t bytes;
     int result;
     struct vr_residency *r = calloc(1, sizeof *r);
     *out = NULL;
     if (!r)
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the renderer");
     *r = (struct vr_residency){.context = context, .volume = volume, .pool = pool, .level = NO_LEVEL};
-    if ((result = vr_atlas_init(&r->atlas, context, grid, budget_bytes, err)) ||
+    if ((result = brick_cache_create(&r->cache, volume, host_bytes, err)) ||
+        (result = brick_loader_create(&r->loader, r->cache, brick_pool_threads(pool), 0, err)) ||
+        (result = vr_atlas_init(&r->atlas, context, grid, gpu_bytes, err)) ||
+        (result = vr_upload_init(&r->upload, context, &r->atlas, err)) ||
         (result = vr_macrocells_init(&r->macrocells, grid, r->atlas.count, err)))
         goto fail;
-    r->reads = threads * READS_A_THREAD;
-    r->read_bytes = (brick_grid_max_payload_bytes(grid) + 15) & ~(size_t)15;
-    r->slots = malloc(r->atlas.count * sizeof *r->slots);
-    r->scratch = calloc(threads, sizeof *r->scratch);
-    if (!r->slots || !r->scratch || !brick_mul_u64(r->reads, r->read_bytes, &bytes) ||
-        !(r->read_data = malloc(bytes))) {
-        result =
-            brick_fail(err, BRICK_ERR_MEMORY, "no memory for %u bricks on their way to the GPU", r->reads);
+    size_t n = r->atlas.count;
+    r->slots = malloc(n * sizeof *r->slots);
+    r->victims = malloc(n * sizeof *r->victims);
+    r->ids = malloc(n * sizeof *r->ids);
+    r->changed_pages = malloc(2 * n * sizeof *r->changed_pages);
+    r->changed_slots = malloc(n * sizeof *r->changed_slots);
+    if (!r->slots || !r->victims || !r->ids || !r->changed_pages || !r->changed_slots) {
+        result = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a GPU cache of %zu bricks", n);
         goto fail;
     }
-    for (uint32_t s = 0; s < r->atlas.count; s++)
+    for (size_t s = 0; s < n; s++)
         r->slots[s] = (struct slot){.id = NO_BRICK};
     *out = r;
     return BRICK_OK;
@@ -102,14 +132,18 @@ void vr_residency_destroy(struct vr_residency **residency)
     struct vr_residency *r = *residency;
     if (!r)
         return;
+    brick_loader_destroy(&r->loader);
+    brick_cache_destroy(&r->cache);
     vr_buffer_finish(&r->pages, r->context);
     vr_macrocells_finish(&r->macrocells, r->context);
+    vr_upload_finish(&r->upload, r->context);
     vr_atlas_finish(&r->atlas, r->context);
-    for (unsigned t = 0; r->scratch && t < brick_pool_threads(r->pool); t++)
-        brick_scratch_finish(&r->scratch[t]);
-    free(r->scratch);
-    free(r->read_data);
     free(r->slots);
+    free(r->victims);
+    free(r->ids);
+    free(r->changed_pages);
+    free(r->changed_slots);
+    free(r->wants);
     free(r->classification.knots);
     free(r->slot_of);
     free(r->page);
@@ -175,218 +209,299 @@ static int set_classification(struct vr_residency *r, const struct brick_active_
     return BRICK_OK;
 }
 
-static double eye_distance(const struct vr_residency *r, const struct brick_camera *camera, uint64_t id)
+/* Where rays come from, in units of bricks of the level. */
+static void set_eye(struct vr_residency *r, const struct brick_camera *camera)
 {
     const struct brick_grid *grid = brick_volume_grid(r->volume);
     const struct brick_level *l = &grid->level[r->level];
-    struct brick_place place;
-    double index[3], squared = 0.0, along = 0.0;
-    brick_grid_place(grid, id, &place);
-    for (int a = 0; a < 3; a++)
-        index[a] =
-            l->scale[a] * ((double)(place.at[a] * grid->edge) + 0.5 * place.core[a] - 0.5) + l->offset[a];
+    double inverse[3][4];
+    brick_affine_invert(grid->affine, inverse);
+    r->parallel = camera->ortho_height_mm > 0.0;
     for (int a = 0; a < 3; a++) {
-        const double *m = grid->affine[a];
-        double d = m[0] * index[0] + m[1] * index[1] + m[2] * index[2] + m[3] - camera->eye_mm[a];
+        const double *m = inverse[a], *eye = camera->eye_mm, *look = camera->look_mm;
+        double unit = l->scale[a] * grid->edge;
+        if (r->parallel)
+            r->eye[a] =
+                (m[0] * (look[0] - eye[0]) + m[1] * (look[1] - eye[1]) + m[2] * (look[2] - eye[2])) / unit;
+        else
+            r->eye[a] = (m[0] * eye[0] + m[1] * eye[1] + m[2] * eye[2] + m[3] - l->offset[a]) / unit;
+    }
+}
+
+/* Ascends along every ray. */
+static double eye_distance(const struct vr_residency *r, uint64_t b)
+{
+    const struct brick_level *l = &brick_volume_grid(r->volume)->level[r->level];
+    double at[3] = {(double)(b % l->bricks[0]), (double)(b / l->bricks[0] % l->bricks[1]),
+                    (double)(b / l->bricks[0] / l->bricks[1])};
+    double squared = 0.0, along = 0.0;
+    for (int a = 0; a < 3; a++) {
+        double d = at[a] + 0.5 - r->eye[a];
         squared += d * d;
-        along += d * (camera->look_mm[a] - camera->eye_mm[a]);
+        along += at[a] * r->eye[a];
     }
-    return camera->ortho_height_mm > 0.0 ? along : squared;
+    return r->parallel ? along : squared;
 }
 
-static int nearer(const void *a, const void *b)
+/* The brick's number in the table's level; `bricks` or more: of another one. */
+static uint64_t brick_in(const struct vr_residency *r, uint32_t slot)
 {
-    const struct missing *p = a, *q = b;
-    if (p->distance != q->distance)
-        return p->distance < q->distance ? -1 : 1;
-    return (p->id > q->id) - (p->id < q->id);
+    return r->slots[slot].id - brick_volume_grid(r->volume)->level[r->level].first_brick;
 }
 
-struct spare {
-    uint64_t picture;
-    uint32_t slot;
-};
-
-static int older(const void *a, const void *b)
+static bool needed_by_picture(const struct vr_residency *r, uint32_t slot)
 {
-    const struct spare *p = a, *q = b;
-    if (p->picture != q->picture)
-        return p->picture < q->picture ? -1 : 1;
-    return (p->slot > q->slot) - (p->slot < q->slot);
+    return r->slots[slot].id != NO_BRICK && brick_in(r, slot) < r->bricks &&
+           r->state[brick_in(r, slot)] >= BRICK_STATE_ACTIVE;
 }
 
-struct batch {
-    struct vr_residency *r;
-    const struct missing *missing;
-};
-
-static int read_job(void *context, uint64_t item, unsigned worker, struct brick_error *err)
+static void classify(struct vr_residency *r, uint32_t s)
 {
-    struct batch *batch = context;
-    struct vr_residency *r = batch->r;
-    return brick_volume_read(r->volume, batch->missing[item].id, r->read_data + item * r->read_bytes,
-                             &r->scratch[worker], err);
+    vr_macrocells_classify(&r->macrocells, s, brick_volume_grid(r->volume), &r->query,
+                           r->state[brick_in(r, s)] == BRICK_STATE_WHOLE);
+    r->slots[s].classified = r->classification.number;
 }
 
-static void enter(struct vr_residency *r, uint32_t s, uint64_t id, const uint8_t *payload)
-{
-    const struct brick_grid *grid = brick_volume_grid(r->volume);
-    struct slot *slot = &r->slots[s];
-    struct brick_place place;
-    uint64_t first = grid->level[r->level].first_brick;
-    if (slot->id == NO_BRICK)
-        r->used_slots++;
-    else if (slot->id - first < r->bricks)
-        r->slot_of[slot->id - first] = NO_SLOT;
-    brick_grid_place(grid, id, &place);
-    vr_atlas_upload(&r->atlas, r->context, s, place.stored, payload);
-    vr_macrocells_set(&r->macrocells, s, grid, &place, payload + brick_place_voxel_bytes(grid, &place));
-    *slot = (struct slot){.id = id, .picture = r->picture};
-    r->slot_of[id - first] = s;
-}
-
-/* Read the missing bricks batch by batch, on all threads, and upload each batch in order. */
-static int load(struct vr_residency *r, const struct missing *missing, uint64_t count,
-                struct vr_residency_counters *counters, struct brick_error *err)
-{
-    int result = BRICK_OK;
-    uint64_t spares = 0;
-    struct spare *spare = malloc(r->atlas.count * sizeof *spare);
-    if (!spare)
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of %u slots", r->atlas.count);
-    for (uint32_t s = 0; s < r->atlas.count; s++)
-        if (r->slots[s].picture != r->picture)
-            spare[spares++] = (struct spare){r->slots[s].picture, s};
-    qsort(spare, spares, sizeof *spare, older);
-    for (uint64_t i = 0; !result && i < count; i += r->reads) {
-        struct batch batch = {r, missing + i};
-        uint64_t n = count - i < r->reads ? count - i : r->reads;
-        result = brick_pool_run(r->pool, n, read_job, &batch, err);
-        for (uint64_t j = 0; !result && j < n; j++) {
-            enter(r, spare[i + j].slot, missing[i + j].id, r->read_data + j * r->read_bytes);
-            counters->bricks_loaded++;
-            counters->bytes_read += brick_volume_entry(r->volume, missing[i + j].id)->bytes;
-        }
-    }
-    free(spare);
-    return result ? result : vr_context_check(r->context, "brick upload", err);
-}
-
-static int too_small(const struct vr_residency *r, uint64_t active, struct brick_error *err)
-{
-    const struct brick_grid *grid = brick_volume_grid(r->volume);
-    uint64_t bytes = vr_atlas_bytes_for(r->context, grid, active);
-    double mib = 1024.0 * 1024.0;
-    if (!bytes)
-        return brick_fail(
-            err, BRICK_ERR_MEMORY,
-            "the picture needs %llu bricks (%.0f MiB) and one GPU cache texture holds at most %.0f MiB: "
-            "use a coarser level or a transfer function that shows less",
-            (unsigned long long)active, ceil((double)active * (double)r->atlas.slot_bytes / mib),
-            (double)VR_ATLAS_MAX_BYTES / mib);
-    return brick_fail(err, BRICK_ERR_MEMORY,
-                      "the picture needs %llu bricks and the GPU cache holds %u: --gpu-cache %.0fM would do",
-                      (unsigned long long)active, r->atlas.count, ceil((double)bytes / mib));
-}
-
-/* Macrocell bits of every brick the picture needs, where they are of another picture. */
 static int classify_job(void *context, uint64_t item, unsigned worker, struct brick_error *err)
 {
-    struct {
-        struct vr_residency *r;
-        const struct brick_active_query *query;
-    } *job = context;
-    struct vr_residency *r = job->r;
-    struct slot *slot = &r->slots[item];
+    struct vr_residency *r = context;
     (void)worker, (void)err;
-    if (slot->id == NO_BRICK || slot->picture != r->picture || slot->classified == r->classification.number)
-        return BRICK_OK;
-    const struct brick_grid *grid = brick_volume_grid(r->volume);
-    vr_macrocells_classify(&r->macrocells, (uint32_t)item, grid, job->query,
-                           r->state[slot->id - grid->level[r->level].first_brick] == BRICK_STATE_WHOLE);
-    slot->classified = r->classification.number;
+    if (needed_by_picture(r, (uint32_t)item) && r->slots[item].classified != r->classification.number)
+        classify(r, (uint32_t)item);
     return BRICK_OK;
 }
 
-static bool classification_due(const struct vr_residency *r)
+static void set_page(struct vr_residency *r, uint64_t b)
 {
-    for (uint32_t s = 0; s < r->atlas.count; s++)
-        if (r->slots[s].picture == r->picture && r->slots[s].classified != r->classification.number)
-            return true;
-    return false;
-}
-
-static void fill_pages(struct vr_residency *r)
-{
-    for (uint64_t b = 0; b < r->bricks; b++) {
-        uint32_t at[3] = {0, 0, 0};
-        enum vr_page_state state = r->state[b] == BRICK_STATE_ABOVE ? VR_PAGE_ABOVE : VR_PAGE_EMPTY;
-        if (r->state[b] >= BRICK_STATE_ACTIVE) {
-            state = r->slot_of[b] == NO_SLOT ? VR_PAGE_MISSING : VR_PAGE_RESIDENT;
-            if (state == VR_PAGE_RESIDENT)
-                vr_atlas_slot_place(&r->atlas, r->slot_of[b], at);
-        }
-        r->page[b] = vr_page(state, r->level, at);
+    uint32_t at[3] = {0, 0, 0};
+    enum vr_page_state state = r->state[b] == BRICK_STATE_ABOVE ? VR_PAGE_ABOVE : VR_PAGE_EMPTY;
+    if (r->state[b] >= BRICK_STATE_ACTIVE) {
+        state = r->slot_of[b] == NO_SLOT ? VR_PAGE_MISSING : VR_PAGE_RESIDENT;
+        if (state == VR_PAGE_RESIDENT)
+            vr_atlas_slot_place(&r->atlas, r->slot_of[b], at);
     }
+    r->page[b] = vr_page(state, r->level, at);
 }
 
-int vr_residency_update(struct vr_residency *r, const struct brick_active_query *query,
-                        const struct brick_camera *camera, struct vr_residency_counters *counters,
-                        struct brick_error *err)
+int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *query,
+                       const struct brick_camera *camera, struct brick_error *err)
 {
-    uint64_t first = brick_volume_grid(r->volume)->level[query->level].first_brick, absent = 0;
-    struct missing *missing = NULL;
+    uint64_t classification = r->classification.number;
+    uint32_t level = r->level;
     int result;
 
-    *counters = (struct vr_residency_counters){.cache_bytes = r->atlas.count * r->atlas.slot_bytes};
     if ((result = set_level(r, query->level, err)) || (result = set_classification(r, query, err)))
         return result;
-    r->picture++;
-    counters->bricks_total = r->bricks;
-    brick_active_set(r->volume, query, r->state);
-    for (uint64_t b = 0; b < r->bricks; b++) {
-        if (r->state[b] < BRICK_STATE_ACTIVE)
-            continue;
-        counters->bricks_active++;
-        if (r->slot_of[b] == NO_SLOT)
-            absent++;
-        else
-            r->slots[r->slot_of[b]].picture = r->picture;
-    }
-    if (counters->bricks_active > r->atlas.count)
-        return too_small(r, counters->bricks_active, err);
-    if (absent) {
-        missing = malloc(absent * sizeof *missing);
-        if (!missing)
-            return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of %llu bricks",
-                              (unsigned long long)absent);
-        absent = 0;
-        for (uint64_t b = 0; b < r->bricks; b++)
-            if (r->state[b] >= BRICK_STATE_ACTIVE && r->slot_of[b] == NO_SLOT)
-                missing[absent++] = (struct missing){eye_distance(r, camera, first + b), first + b};
-        qsort(missing, absent, sizeof *missing, nearer);
-        result = load(r, missing, absent, counters, err);
-        free(missing);
-        if (result)
-            return result;
-    }
-    r->peak_slots = r->used_slots > r->peak_slots ? r->used_slots : r->peak_slots;
-    counters->cache_peak_bytes = r->peak_slots * r->atlas.slot_bytes;
-
-    if (classification_due(r)) {
-        struct {
-            struct vr_residency *r;
-            const struct brick_active_query *query;
-        } job = {r, query};
-        if ((result = brick_pool_run(r->pool, r->atlas.count, classify_job, &job, err)))
-            return result;
-        r->macrocells.dirty = true;
-    }
-    fill_pages(r);
-    if ((result = vr_buffer_write(&r->pages, r->context, GL_R32UI, r->page, r->bricks * sizeof *r->page,
-                                  "page table", err)))
+    r->query = *query;
+    set_eye(r, camera);
+    r->loaded = 0;
+    brick_cache_count(r->cache, &r->before);
+    if (!r->stale && level == r->level && classification == r->classification.number)
+        return BRICK_OK;
+    r->stale = true;
+    r->active = brick_active_set(r->volume, query, r->state);
+    if ((result = brick_pool_run(r->pool, r->atlas.count, classify_job, r, err)))
         return result;
-    return vr_macrocells_upload(&r->macrocells, r->context, err);
+    for (uint64_t b = 0; b < r->bricks; b++)
+        set_page(r, b);
+    if ((result = vr_buffer_write(&r->pages, r->context, GL_R32UI, r->page, r->bricks * sizeof *r->page,
+                                  "page table", err)) ||
+        (result = vr_macrocells_upload(&r->macrocells, r->context, err)))
+        return result;
+    r->stale = false;
+    return BRICK_OK;
+}
+
+/* Waited for first, then near first. */
+static int more_wanted(const void *a, const void *b)
+{
+    const struct want *p = a, *q = b;
+    if (p->needed != q->needed)
+        return p->needed ? -1 : 1;
+    if (p->distance != q->distance)
+        return p->distance < q->distance ? -1 : 1;
+    return (p->brick > q->brick) - (p->brick < q->brick);
+}
+
+static int gather(struct vr_residency *r, const struct vr_feedback *feedback, size_t *count,
+                  uint64_t *waited_for, struct brick_error *err)
+{
+    size_t n = 0;
+    *waited_for = 0;
+    for (uint64_t w = 0; w < (r->bricks + 15) / 16; w++) {
+        uint32_t word = feedback->words[feedback->tiles + w];
+        for (uint32_t i = 0; word; i++, word >>= 2) {
+            if (!(word & 3))
+                continue;
+            if (n == r->wants_room) {
+                size_t room = n ? 2 * n : 1024;
+                struct want *wants = realloc(r->wants, room * sizeof *wants);
+                if (!wants)
+                    return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of %zu bricks", room);
+                r->wants = wants;
+                r->wants_room = room;
+            }
+            uint32_t b = (uint32_t)(16 * w + i);
+            bool needed = word & VR_FEEDBACK_NEEDED;
+            *waited_for += needed;
+            r->wants[n++] = (struct want){eye_distance(r, b), b, needed};
+        }
+    }
+    qsort(r->wants, n, sizeof *r->wants, more_wanted);
+    *count = n;
+    return BRICK_OK;
+}
+
+static int better_victim(const void *a, const void *b)
+{
+    const struct victim *p = a, *q = b;
+    if (p->worth != q->worth)
+        return p->worth < q->worth ? -1 : 1;
+    if (p->worth == WORTH_FUTURE && p->distance != q->distance)
+        return p->distance > q->distance ? -1 : 1;
+    if (p->used != q->used)
+        return p->used < q->used ? -1 : 1;
+    return (p->slot > q->slot) - (p->slot < q->slot);
+}
+
+/* Slots that this pass does not want, those that go first in front. front: distance of the nearest brick that
+ * a ray waits for. */
+static void find_victims(struct vr_residency *r, double front)
+{
+    size_t n = 0;
+    for (uint32_t s = 0; s < r->atlas.count; s++) {
+        if (r->slots[s].used == r->pass)
+            continue;
+        struct victim v = {WORTH_PAST, r->slots[s].used, 0.0, s};
+        if (r->slots[s].id == NO_BRICK) {
+            v.worth = WORTH_NOTHING;
+        } else if (needed_by_picture(r, s)) {
+            v.distance = eye_distance(r, brick_in(r, s));
+            v.worth = v.distance < front ? WORTH_PAST : WORTH_FUTURE;
+        }
+        r->victims[n++] = v;
+    }
+    qsort(r->victims, n, sizeof *r->victims, better_victim);
+}
+
+static void evict(struct vr_residency *r, uint32_t s)
+{
+    if (r->slots[s].id == NO_BRICK)
+        return;
+    uint64_t b = brick_in(r, s);
+    r->slots[s].id = NO_BRICK;
+    r->used_slots--;
+    if (b < r->bricks) {
+        r->slot_of[b] = NO_SLOT;
+        set_page(r, b);
+        r->changed_pages[r->changed_page_count++] = (uint32_t)b;
+    }
+}
+
+static int enter(struct vr_residency *r, uint32_t s, uint64_t id, const uint8_t *payload,
+                 struct brick_error *err)
+{
+    const struct brick_grid *grid = brick_volume_grid(r->volume);
+    uint64_t b = id - grid->level[r->level].first_brick;
+    struct brick_place place;
+    brick_grid_place(grid, id, &place);
+    size_t bytes = brick_place_voxel_bytes(grid, &place);
+    int result = vr_upload_add(&r->upload, r->context, &r->atlas, s, place.stored, payload, bytes, err);
+    if (result)
+        return result;
+    vr_macrocells_set(&r->macrocells, s, grid, &place, payload + bytes);
+    r->slots[s] = (struct slot){.id = id, .used = r->pass};
+    r->slot_of[b] = s;
+    if (++r->used_slots > r->peak_slots)
+        r->peak_slots = r->used_slots;
+    classify(r, s);
+    set_page(r, b);
+    r->changed_pages[r->changed_page_count++] = (uint32_t)b;
+    r->changed_slots[r->changed_slot_count++] = s;
+    return BRICK_OK;
+}
+
+/* The bricks ids[0..n), into the slots of the first n victims in the order in which they come. */
+static int load(struct vr_residency *r, size_t n, struct brick_error *err)
+{
+    struct brick_taken taken = {.what = BRICK_TAKE_LATER};
+    size_t entered = 0;
+    for (size_t i = 0; i < n; i++)
+        evict(r, r->victims[i].slot);
+    int result = brick_loader_want(r->loader, r->ids, n, err);
+    while (!result && entered < n) {
+        result = brick_loader_take(r->loader, UINT64_MAX, &taken, err);
+        if (result || taken.what != BRICK_TAKE_BRICK)
+            break;
+        result = enter(r, r->victims[entered].slot, taken.id, taken.data, err);
+        entered += !result;
+        brick_cache_unpin(r->cache, taken.id);
+    }
+    if (!result)
+        result = vr_upload_flush(&r->upload, r->context, &r->atlas, err);
+    if (result) {
+        brick_loader_want(r->loader, NULL, 0, NULL);
+        vr_upload_flush(&r->upload, r->context, &r->atlas, NULL);
+        r->changed_page_count = 0;
+        for (size_t i = 0; i < entered; i++)
+            evict(r, r->victims[i].slot);
+        r->stale = true;
+        return result;
+    }
+    r->loaded += entered;
+    vr_buffer_update(&r->pages, r->context, r->page, sizeof *r->page, r->changed_pages,
+                     r->changed_page_count);
+    vr_macrocells_update(&r->macrocells, r->context, r->changed_slots, r->changed_slot_count);
+    return vr_context_check(r->context, "brick upload", err);
+}
+
+int vr_residency_bring(struct vr_residency *r, const struct vr_feedback *feedback, uint64_t *wanted,
+                       uint64_t *waited_for, struct brick_error *err)
+{
+    uint64_t first = brick_volume_grid(r->volume)->level[r->level].first_brick;
+    size_t count = 0, missing = 0, n = 0;
+    int result = gather(r, feedback, &count, waited_for, err);
+    *wanted = count;
+    if (result)
+        return result;
+    const double front = count ? r->wants[0].distance : 0.0;
+    r->pass++;
+    r->changed_page_count = r->changed_slot_count = 0;
+    for (size_t i = 0; i < count && i < r->atlas.count; i++) {
+        uint32_t s = r->slot_of[r->wants[i].brick];
+        if (s == NO_SLOT)
+            r->wants[missing++] = r->wants[i];
+        else
+            r->slots[s].used = r->pass;
+    }
+    if (!missing)
+        return BRICK_OK;
+    find_victims(r, front);
+    for (; n < missing; n++) {
+        const struct want *w = &r->wants[n];
+        const struct victim *v = &r->victims[n];
+        /* What comes next does not push out what is nearer. */
+        if (!w->needed && v->worth == WORTH_FUTURE && v->distance <= w->distance)
+            break;
+        r->ids[n] = first + w->brick;
+    }
+    return load(r, n, err);
+}
+
+void vr_residency_count(const struct vr_residency *r, struct vr_residency_counters *counters)
+{
+    struct brick_cache_counters now;
+    brick_cache_count(r->cache, &now);
+    *counters = (struct vr_residency_counters){
+        .bricks_total = r->bricks,
+        .bricks_active = r->active,
+        .bricks_loaded = r->loaded,
+        .bricks_read = now.loads - r->before.loads,
+        .bytes_read = now.bytes_read - r->before.bytes_read,
+        .cache_bytes = r->atlas.count * r->atlas.slot_bytes,
+        .cache_peak_bytes = r->peak_slots * r->atlas.slot_bytes,
+        .host_cache_peak_bytes = now.peak_bytes,
+    };
 }
 
 const struct vr_atlas *vr_residency_atlas(const struct vr_residency *residency)

@@ -1,36 +1,46 @@
-/* Which bricks are where: the active set of a picture brought into the atlas, nearest the eye first, and the
- * page table and macrocell bits that tell the shaders. Bricks stay for later pictures. */
+/* Which bricks are where: bricks that rays ask for brought into the atlas, nearest the eye first, and the
+ * page table and macrocell bits that tell the shaders. Bricks stay for later passes and pictures until
+ * others need their slots. */
 #ifndef RENDERER_RESIDENCY_RESIDENCY_H
 #define RENDERER_RESIDENCY_RESIDENCY_H
 
 #include <brick/active.h>
 #include <brick/camera.h>
+#include <brick/loader.h>
 #include <brick/threads.h>
 
 #include "atlas.h"
-#include "buffer.h"
+#include "feedback.h"
 #include "macrocells.h"
 
 struct vr_residency;
 
+/* All since vr_residency_begin but for the cache's size and peak. */
 struct vr_residency_counters {
-    uint64_t bricks_total, bricks_active, bricks_loaded; /* of the level, for the last picture */
-    uint64_t bytes_read;
+    uint64_t bricks_total, bricks_active; /* of the level */
+    uint64_t bricks_loaded;               /* into the atlas, a brick that came twice counted twice */
+    uint64_t bricks_read, bytes_read;     /* from the file, payloads as stored */
     uint64_t cache_bytes, cache_peak_bytes;
+    uint64_t host_cache_peak_bytes;
 };
 
 /* The context is bound in all of these; context, volume and pool outlive the residency. */
 int vr_residency_create(struct vr_residency **residency, struct vr_context *context,
-                        const struct brick_volume *volume, uint64_t budget_bytes, struct brick_pool *pool,
-                        struct brick_error *err);
+                        const struct brick_volume *volume, uint64_t gpu_bytes, uint64_t host_bytes,
+                        struct brick_pool *pool, struct brick_error *err);
 void vr_residency_destroy(struct vr_residency **residency);
 
-/* Everything a picture needs, resident. BRICK_ERR_MEMORY with the size that would do when it does not fit;
- * errors of reading bricks as they are. After an error the residency is as usable as before. */
-int vr_residency_update(struct vr_residency *residency, const struct brick_active_query *query,
-                        const struct brick_camera *camera, struct vr_residency_counters *counters,
-                        struct brick_error *err);
+/* Begin a picture: page table and macrocell bits say what of its active bricks is resident. Reads nothing. */
+int vr_residency_begin(struct vr_residency *residency, const struct brick_active_query *query,
+                       const struct brick_camera *camera, struct brick_error *err);
+/* After a pass: bring what its rays want, as far as there are slots: bricks that rays wait for come before
+ * those that come next, and among these the nearest first. *wanted: how many distinct bricks were asked for;
+ * *waited_for: of these, how many rays wait for. If that is not 0 at least one of them is resident
+ * afterwards. Errors of reading bricks as they are; the residency is then as usable as before. */
+int vr_residency_bring(struct vr_residency *residency, const struct vr_feedback *feedback, uint64_t *wanted,
+                       uint64_t *waited_for, struct brick_error *err);
 
+void vr_residency_count(const struct vr_residency *residency, struct vr_residency_counters *counters);
 const struct vr_atlas *vr_residency_atlas(const struct vr_residency *residency);
 const struct vr_macrocells *vr_residency_macrocells(const struct vr_residency *residency);
 const struct vr_buffer *vr_residency_pages(const struct vr_residency *residency);

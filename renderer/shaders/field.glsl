@@ -24,7 +24,9 @@ uniform float value_sign;
 /* What a sample's surroundings are. */
 struct Block {
     bool live;    /* samples are to be fetched */
+    bool missing; /* they would be, but the brick is not in the atlas */
     bool above;   /* iso, inactive: on which side */
+    int brick;    /* its place in the page table */
     int shift;    /* edge of the inactive block, log2 */
     ivec3 offset; /* active: atlas texel = voxel + offset */
 };
@@ -35,14 +37,21 @@ ivec3 owner(ivec3 cell)
     return clamp(cell, ivec3(0), level_last);
 }
 
+int brick_of(ivec3 voxel)
+{
+    ivec3 at = voxel >> brick_shift;
+    return (at.z * level_bricks.y + at.y) * level_bricks.x + at.x;
+}
+
 Block locate(ivec3 voxel)
 {
     Block block;
-    ivec3 at = voxel >> brick_shift;
-    uint page = texelFetch(pages, (at.z * level_bricks.y + at.y) * level_bricks.x + at.x).r;
+    block.brick = brick_of(voxel);
+    uint page = texelFetch(pages, block.brick).r;
     ivec3 slot = ivec3(page & 255u, page >> 8 & 255u, page >> 16 & 255u);
-    ivec3 start = at << brick_shift;
+    ivec3 start = (voxel >> brick_shift) << brick_shift;
     block.live = page >> 30 == STATE_RESIDENT;
+    block.missing = page >> 30 == STATE_MISSING;
     block.above = page >> 30 == STATE_ABOVE;
     block.shift = brick_shift;
     block.offset = slot * slot_size + border - start;

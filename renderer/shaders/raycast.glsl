@@ -1,35 +1,35 @@
-/* Single-pass raycasting of bricks in an atlas (Krueger and Westermann 2003, section 2; the two sizes of blocks, for the
+/* Raycasting of bricks in an atlas, in passes (Krueger and Westermann 2003, section 2; the two sizes of blocks, for the
  * cache and for skipping, are Scharsach 2005, section 8).
  *
  * Two loops in turn: the first leaps over inactive blocks by whole samples, the second fetches samples while they stay in
  * one active block. A leap never passes a sample of an active block, and a sample of an inactive block adds nothing, so
- * skipping changes no bit. */
-/* A pass takes a ray STEPS_A_PASS samples and leaps further and leaves what the next one needs: colour is the picture's
- * once progress.x is FINISHED, the ray's packed state before; progress.y counts samples fetched. Most pictures are done in
- * one pass; without a limit a draw would run into a desktop's watchdog, and into llvmpipe, which ends all loops of a
- * shader after 65535 turns in total (of 8 or 16 rays at once, counting for each). */
-layout(location = 0) out vec4 colour;
-layout(location = 1) out uvec2 progress;
+ * skipping changes no bit.
+ *
+ * A pass takes a ray to its end, or to where it needs a brick that is not in the atlas: then it says so, looks which
+ * bricks it will meet next, and leaves what the next pass needs. Where a pass ends changes no bit either: samples have
+ * numbers, and the state between two of them is kept whole. A pass also ends after STEPS_A_PASS samples and leaps; without
+ * a limit a draw would run into a desktop's watchdog, and into llvmpipe, which ends all loops of a shader after 65535
+ * turns in total (of 8 or 16 rays at once, counting for each).
+ *
+ * state: the picture's colour as bits once progress.x is FINISHED, the ray's packed state before; progress.y counts
+ * samples fetched. */
+layout(early_fragment_tests) in;
+layout(rgba32ui) uniform uimage2D state_image;
+layout(rg32ui) uniform uimage2D progress_image;
 uniform bool resume;
-uniform sampler2D carried;
-uniform usampler2D carried_progress;
+uniform int look_ahead; /* active bricks that a waiting ray asks for beyond the one it needs */
 #define FINISHED 0xffffffffu
-
 
 /* How many samples, from the one at `at`, lie in the block: at least 1, and never too many: the way to the exit, in steps,
  * is shortened by more than its rounding error. */
 uint leap(Ray ray, Fixed3 at, ivec3 home, int shift)
 {
-#ifdef SKIP
     ivec3 low = (home >> shift) << shift;
     vec3 f = fixed_fraction(at);
     vec3 ahead = vec3(low + (1 << shift) - at.cell) - f, behind = vec3(at.cell - low) + f;
     vec3 exits = (mix(behind, ahead, ray.forward) - 1.0e-6) * ray.pace + ray.never;
     float way = min(exits.x, min(exits.y, exits.z)) * 0.99999 + 0.9999;
     return uint(clamp(way, 1.0, 16777216.0));
-#else
-    return 1u;
-#endif
 }
 
 #if MODE == MODE_DVR || MODE == MODE_SHADED
@@ -46,13 +46,14 @@ State state_init()
     return State(vec3(0.0), 0.0, 1.0);
 }
 
-vec4 state_pack(State s)
+uvec4 state_pack(State s)
 {
-    return vec4(s.rgb, s.depth);
+    return floatBitsToUint(vec4(s.rgb, s.depth));
 }
 
-State state_unpack(vec4 v)
+State state_unpack(uvec4 bits)
 {
+    vec4 v = uintBitsToFloat(bits);
     return State(v.rgb, v.a, exponential(-v.a));
 }
 
@@ -86,9 +87,11 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
     return s.depth > depth_end;
 }
 
-vec4 state_colour(inout State s, Ray ray, uint k)
+/* The picture's colour, of a ray that has ended; false when the brick in `block` must come first. */
+bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
 {
-    return vec4(s.rgb, opacity(s.depth));
+    colour = vec4(s.rgb, opacity(s.depth));
+    return true;
 }
 
 #elif MODE == MODE_MIP
@@ -104,14 +107,14 @@ State state_init()
     return State(0.0, false);
 }
 
-vec4 state_pack(State s)
+uvec4 state_pack(State s)
 {
-    return vec4(s.largest, s.any, 0.0, 0.0);
+    return uvec4(floatBitsToUint(s.largest), s.any, 0u, 0u);
 }
 
-State state_unpack(vec4 v)
+State state_unpack(uvec4 bits)
 {
-    return State(v.x, v.y != 0.0);
+    return State(uintBitsToFloat(bits.x), bits.y != 0u);
 }
 
 bool state_skip(inout State s, Block block)
@@ -131,13 +134,15 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
     return false;
 }
 
-vec4 state_colour(inout State s, Ray ray, uint k)
+bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
 {
-    if (!s.any)
-        return vec4(0.0);
-    Piece piece = find_piece(s.largest);
-    float a = opacity(extinction(piece, s.largest) * unit_mm);
-    return vec4(a * emission(piece, s.largest), a);
+    colour = vec4(0.0);
+    if (s.any) {
+        Piece piece = find_piece(s.largest);
+        float a = opacity(extinction(piece, s.largest) * unit_mm);
+        colour = vec4(a * emission(piece, s.largest), a);
+    }
+    return true;
 }
 
 #elif MODE == MODE_ISO
@@ -149,33 +154,42 @@ uniform uint refinements;  /* bisections */
 #define SIDE_BELOW 1
 #define SIDE_ABOVE 2
 
+/* A ray marches until two samples lie on different sides, then halves the way between them, then looks whether the far end's
+ * cell holds the surface, or else the near end's. Each step needs one brick and may have to wait for it. */
+#define STAGE_MARCH 0u
+#define STAGE_HALVE 1u
+#define STAGE_FAR   2u
+#define STAGE_NEAR  3u
+
 struct State {
-    int side;  /* of the sample before */
-    bool hit;  /* between the sample before and this one */
-    uint refined;
+    int side;     /* of the sample before; of the near end */
+    uint stage;
+    uint halved;  /* times */
+    uvec3 path;   /* a bit for each: did the near end move? */
 };
 
 State state_init()
 {
-    return State(SIDE_NONE, false, 0u);
+    return State(SIDE_NONE, STAGE_MARCH, 0u, uvec3(0u));
 }
 
-vec4 state_pack(State s)
+uvec4 state_pack(State s)
 {
-    return vec4(s.side, 0.0, 0.0, 0.0);
+    return uvec4(uint(s.side) | s.stage << 2 | s.halved << 8, s.path);
 }
 
-State state_unpack(vec4 v)
+State state_unpack(uvec4 bits)
 {
-    return State(int(v.x), false, 0u);
+    return State(int(bits.x & 3u), bits.x >> 2 & 3u, bits.x >> 8, bits.yzw);
 }
 
 bool state_side(inout State s, int side)
 {
-    s.hit = s.side != SIDE_NONE && side != SIDE_NONE && side != s.side;
-    if (!s.hit)
+    if (s.side != SIDE_NONE && side != SIDE_NONE && side != s.side)
+        s.stage = STAGE_HALVE;
+    else
         s.side = side;
-    return s.hit;
+    return s.stage != STAGE_MARCH;
 }
 
 bool state_skip(inout State s, Block block)
@@ -197,9 +211,8 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 }
 
 /* Does the isovalue lie between the cell's corners, give or take the interpolation's rounding? */
-bool straddles(Fixed3 at)
+bool straddles(Fixed3 at, Block block)
 {
-    Block block = locate(owner(at.cell));
     if (!block.live)
         return false;
     Cell c = cell_fetch(at.cell + block.offset);
@@ -212,71 +225,133 @@ bool straddles(Fixed3 at)
     return low - slack < isovalue && high + slack >= isovalue;
 }
 
-/* Bisect by side only. The hit is the far end if its cell holds the surface, else the near end: of two samples on
+/* Halve by side only. The hit is the far end if its cell holds the surface, else the near end: of two samples on
  * different sides in cells that touch, one does. That rule knows cells, not bricks. */
-vec4 state_colour(inout State s, Ray ray, uint k)
+bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
 {
-    if (!s.hit)
-        return vec4(0.0);
+    colour = vec4(0.0);
+    if (s.stage == STAGE_MARCH)
+        return true;
     Fixed3 near = ray_sample(ray, k - 1u), far = ray_sample(ray, k);
     Fixed3 width = fixed_subtract(far, near);
     for (uint i = 0u; i < refinements; i++) {
-        width = fixed_half(width);
-        Fixed3 middle = fixed_add(near, width);
-        Block block = locate(owner(middle.cell));
-        int side = block.above ? SIDE_ABOVE : SIDE_BELOW;
-        if (block.live) {
-            side = side_of(middle, block.offset);
-            s.refined++;
+        Fixed3 narrow = fixed_half(width), middle = fixed_add(near, narrow);
+        if (i >= s.halved) { /* else it was done in an earlier pass */
+            if (s.stage != STAGE_HALVE)
+                break;
+            block = locate(owner(middle.cell));
+            if (block.missing)
+                return false;
+            int side = block.above ? SIDE_ABOVE : SIDE_BELOW;
+            if (block.live) {
+                side = side_of(middle, block.offset);
+                fetched++;
+            }
+            if (side == SIDE_NONE)
+                break;
+            s.path[i >> 5] |= uint(side == s.side) << (i & 31u);
+            s.halved++;
         }
-        if (side == SIDE_NONE)
-            break;
-        if (side == s.side)
+        width = narrow;
+        if ((s.path[i >> 5] >> (i & 31u) & 1u) != 0u)
             near = middle;
         else
             far = middle;
     }
-    bool at_far = straddles(far);
-    if (!at_far)
+    if (s.stage == STAGE_HALVE)
+        s.stage = STAGE_FAR;
+    bool found = false;
+    if (s.stage == STAGE_FAR) {
+        block = locate(owner(far.cell));
+        if (block.missing)
+            return false;
+        found = straddles(far, block);
+        if (!found)
+            s.stage = STAGE_NEAR;
+    }
+    if (s.stage == STAGE_NEAR) {
         far = near;
+        block = locate(owner(far.cell));
+        if (block.missing)
+            return false;
+        found = straddles(far, block);
+    }
     vec3 gradient = vec3(0.0);
-    if (at_far || straddles(near)) {
-        ivec3 texel = far.cell + locate(owner(far.cell)).offset;
+    if (found) {
+        ivec3 texel = far.cell + block.offset;
         gradient = cell_gradient(cell_fetch(texel), texel, fixed_fraction(far));
     }
-    return vec4(shade(surface, gradient, ray.view), 1.0);
+    colour = vec4(shade(surface, gradient, ray.view), 1.0);
+    return true;
 }
 #endif
 
+bool state_marching(State s)
+{
+#if MODE == MODE_ISO
+    return s.stage == STAGE_MARCH;
+#else
+    return true;
+#endif
+}
+
+/* The next active bricks on the ray's way from sample k in `brick`, resident or not: what is wanted stays. */
+void want_ahead(Ray ray, uint k, Fixed3 at, int brick)
+{
+    ivec3 home = owner(at.cell);
+    int left = look_ahead;
+    for (int turn = 0; turn < LOOK_AHEAD_TURNS && left > 0; turn++) {
+        uint jump = leap(ray, at, home, brick_shift);
+        if (jump >= ray.count - k)
+            break;
+        k += jump;
+        at = k + 1u == ray.count ? ray.last : fixed_add(at, fixed_times(ray.step, jump));
+        home = owner(at.cell);
+        int next = brick_of(home);
+        if (next != brick && texelFetch(pages, next).r >> 30 >= STATE_RESIDENT) {
+            want(next, WANT_AHEAD);
+            left--;
+        }
+        brick = next;
+    }
+}
+
 void main()
 {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
     Ray ray;
     State state = state_init();
     uint k = 0u, fetched = 0u, left = uint(STEPS_A_PASS);
-    bool done = false;
+    vec4 colour = vec4(0.0);
     if (resume) {
-        colour = texelFetch(carried, ivec2(gl_FragCoord.xy), 0);
-        progress = texelFetch(carried_progress, ivec2(gl_FragCoord.xy), 0).xy;
+        uvec2 progress = imageLoad(progress_image, pixel).xy;
         if (progress.x == FINISHED)
             return;
-        state = state_unpack(colour);
+        state = state_unpack(imageLoad(state_image, pixel));
         k = progress.x;
         fetched = progress.y;
     }
-    colour = vec4(0.0);
-    progress = uvec2(FINISHED, 0u);
-    if (!ray_init(ivec2(gl_FragCoord.xy) + tile_origin, ray))
+    if (!ray_init(pixel + tile_origin, ray)) {
+        imageStore(state_image, pixel, uvec4(0u));
+        imageStore(progress_image, pixel, uvec4(FINISHED, 0u, 0u, 0u));
         return;
+    }
 
     Fixed3 at = ray_sample(ray, k);
+    Block block;
+    bool done = !state_marching(state), waits = false;
     while (!done && k < ray.count && left > 0u) {
         ivec3 home = owner(at.cell);
-        Block block = locate(home);
-        while (!block.live && left > 0u) {
+        block = locate(home);
+        while (!block.live && !block.missing && left > 0u) {
             done = state_skip(state, block);
             if (done)
                 break;
+#ifdef SKIP
             uint jump = min(leap(ray, at, home, block.shift), ray.count - k);
+#else
+            uint jump = 1u;
+#endif
             k += jump;
             left--;
             if (k >= ray.count)
@@ -287,6 +362,10 @@ void main()
         }
         if (done || k >= ray.count || left == 0u)
             break;
+        if (block.missing) {
+            waits = true;
+            break;
+        }
         ivec3 inside = home >> block.shift;
         do {
             done = state_sample(state, ray, k, at, block);
@@ -300,14 +379,17 @@ void main()
                 at = ray.last;
         } while (k < ray.count && left > 0u && owner(at.cell) >> block.shift == inside);
     }
-    if (done || k >= ray.count) {
-        colour = state_colour(state, ray, k);
-#if MODE == MODE_ISO
-        fetched += state.refined;
-#endif
-        progress = uvec2(FINISHED, fetched);
-    } else {
-        colour = state_pack(state);
-        progress = uvec2(k, fetched);
+    bool ended = done || k >= ray.count;
+    if (ended && state_end(state, ray, k, fetched, block, colour)) {
+        imageStore(state_image, pixel, floatBitsToUint(colour));
+        imageStore(progress_image, pixel, uvec4(FINISHED, fetched, 0u, 0u));
+        return;
     }
+    imageStore(state_image, pixel, state_pack(state));
+    imageStore(progress_image, pixel, uvec4(k, fetched, 0u, 0u));
+    mark_unfinished(pixel);
+    if (ended || waits)
+        want(block.brick, WANT_NEEDED);
+    if (waits)
+        want_ahead(ray, k, at, block.brick);
 }

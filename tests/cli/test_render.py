@@ -83,8 +83,9 @@ class Render(cli.Case):
 
     @cli.needs_gl
     def test_cache_too_small(self):
-        line = self.fails(1, "cache", "render", "a.brick", "-o", "a.exr", "--gpu-cache", "100K", "--size", "32x32")
-        self.assertRegex(line, r"--gpu-cache [0-9]+|[0-9.]+ ?[KMG]")
+        """One brick is 20^3 bytes."""
+        for cache in ["--gpu-cache", "--host-cache"]:
+            self.fails(1, "cache.*7000 bytes.*one brick", "render", "a.brick", "-o", "a.exr", cache, "7000", "--size", "32x32")
 
     @cli.needs_exr
     def test_background_and_constant_slab(self):

@@ -31,9 +31,13 @@ static void draw_something(struct vr_context *context, float value)
 {
     static const struct vr_shader_part part = {
         "test", "uniform float value;\n"
-                "layout(location = 0) out vec4 colour;\nlayout(location = 1) out uvec2 numbers;\n"
-                "void main() { colour = vec4(value, gl_FragCoord.xy, 1.0); numbers = uvec2(3, "
-                "uint(gl_FragCoord.x)); }\n"};
+                "layout(rgba32ui, binding = 0) uniform uimage2D words;\n"
+                "layout(rg32ui, binding = 1) uniform uimage2D numbers;\n"
+                "void main() {\n"
+                "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
+                "    imageStore(words, at, floatBitsToUint(vec4(value, gl_FragCoord.xy, 1.0)));\n"
+                "    imageStore(numbers, at, uvec4(3u, uint(gl_FragCoord.x), 0u, 0u));\n"
+                "}\n"};
     struct brick_error err = {0};
     struct vr_target target;
     GLuint program;
@@ -41,12 +45,13 @@ static void draw_something(struct vr_context *context, float value)
     uint32_t numbers[2 * 5 * 7];
     assert_int_equal(vr_context_bind(context, &err), 0);
     assert_true(context->version >= 43);
-    assert_int_equal(vr_target_init(&target, context, 5, 7, false, &err), 0);
+    assert_int_equal(vr_target_init(&target, context, 5, 7, &err), 0);
     if (vr_program_create(context, "", &part, 1, &program, &err))
         fail_msg("%s", err.message);
     context->gl.UseProgram(program);
     context->gl.Uniform1f(context->gl.GetUniformLocation(program, "value"), value);
-    vr_target_draw(&target, context, 5, 7);
+    vr_target_use(&target, context, 0, 1);
+    vr_target_draw(&target, context, 5, 7, &(uint32_t){1}, 1);
     vr_target_read(&target, context, 5, 7, rgba, 5, numbers);
     for (int i = 0; i < 5 * 7; i++) {
         assert_int_equal(numbers[2 * i], 3);

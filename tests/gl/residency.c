@@ -84,14 +84,19 @@ static void test_upkeep(void **state)
     scene.transfer = a;
     render(large, &scene, &vr_quality_defaults, &first, &report);
     loaded[0] = report.bricks_loaded, active[0] = report.bricks_active;
-    assert_int_equal(loaded[0], active[0]);
+    assert_true(loaded[0] > 0 && loaded[0] <= active[0]);
+    assert_int_equal(report.bricks_read, loaded[0]);
     assert_int_equal(report.bricks_total, 125);
     assert_true(report.bytes_read > 0 && report.samples > 0);
     brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 200, -30, 0, 0, 1);
     render(large, &scene, &vr_quality_defaults, &image, &report);
-    assert_int_equal(report.bricks_loaded, 0); /* another camera needs nothing new */
+    assert_true(loaded[0] + report.bricks_loaded <= active[0]); /* what is there stays */
     brick_image_finish(&image);
     brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 20, 30, 0, 0, 1);
+    render(large, &scene, &vr_quality_defaults, &image, &report);
+    assert_int_equal(report.bricks_loaded, 0);
+    assert_int_equal(report.passes, 1);
+    brick_image_finish(&image);
     scene.transfer = b;
     render(large, &scene, &vr_quality_defaults, &second, &report);
     loaded[1] = report.bricks_loaded, active[1] = report.bricks_active;
@@ -110,22 +115,6 @@ static void test_upkeep(void **state)
         brick_image_finish(&image);
     }
     vr_renderer_destroy(&small);
-
-    /* Too small: refused, and what it asks for would do. */
-    small = renderer_with(volume, 10 * 20 * 20 * 20);
-    scene.transfer = a;
-    assert_int_equal(brick_image_init(&image, 40, 40, &err), 0);
-    assert_int_equal(vr_render(small, &scene, &vr_quality_defaults, &image, &report, &err), BRICK_ERR_MEMORY);
-    const char *asked = strstr(err.message, "--gpu-cache ");
-    assert_non_null(asked);
-    uint64_t mib = strtoull(asked + strlen("--gpu-cache "), NULL, 10);
-    assert_in_range(mib, 1, 8);
-    brick_image_finish(&image);
-    vr_renderer_destroy(&small);
-    small = renderer_with(volume, mib << 20);
-    render(small, &scene, &vr_quality_defaults, &image, &report);
-    assert_same_image(&image, &first, "the size asked for");
-    brick_image_finish(&image);
 
     struct vr_renderer *nothing = NULL;
     struct vr_renderer_params params = vr_renderer_defaults;

@@ -34,7 +34,7 @@ static int setup(void **state)
         return 0;
     }
     assert_int_equal(vr_context_bind(b->context, &err), 0);
-    assert_int_equal(vr_target_init(&b->target, b->context, EDGE, EDGE, false, &err), 0);
+    assert_int_equal(vr_target_init(&b->target, b->context, EDGE, EDGE, &err), 0);
     return 0;
 }
 
@@ -57,15 +57,18 @@ static void run(struct bench *b, struct vr_shader_part part, const char *main_te
     struct brick_error err = {0};
     const struct vr_shader_part parts[2] = {part, {"test", main_text}};
     static uint32_t numbers[2 * EDGE * EDGE];
+    static uint32_t flags[EDGE / VR_TARGET_TILE * (EDGE / VR_TARGET_TILE)];
     GLuint program;
     struct vr_buffer buffer = {0};
+    memset(flags, 1, sizeof flags);
     if (vr_program_create(b->context, "", parts, 2, &program, &err))
         fail_msg("%s", err.message);
     assert_int_equal(
         vr_buffer_write(&buffer, b->context, GL_R32UI, input, EDGE * EDGE * sizeof *input, "test", &err), 0);
     vr_buffer_use(&buffer, b->context, 0);
     b->context->gl.UseProgram(program);
-    vr_target_draw(&b->target, b->context, EDGE, EDGE);
+    vr_target_use(&b->target, b->context, 0, 1);
+    vr_target_draw(&b->target, b->context, EDGE, EDGE, flags, EDGE / VR_TARGET_TILE);
     vr_target_read(&b->target, b->context, EDGE, EDGE, output, EDGE, numbers);
     b->context->gl.UseProgram(0);
     b->context->gl.DeleteProgram(program);
@@ -86,13 +89,15 @@ static void test_exponential(void **state)
     struct bench *b = *state;
     static float x[EDGE * EDGE], out[4 * EDGE * EDGE];
     static uint32_t bits[EDGE * EDGE];
-    static const char text[] = "uniform usamplerBuffer inputs;\n"
-                               "layout(location = 0) out vec4 colour;\n"
-                               "void main() {\n"
-                               "    float x = uintBitsToFloat(texelFetch(inputs, int(gl_FragCoord.y) * 256 + "
-                               "int(gl_FragCoord.x)).r);\n"
-                               "    colour = vec4(exponential(-x), opacity(x), exp(-x), 0.0);\n"
-                               "}\n";
+    static const char text[] =
+        "uniform usamplerBuffer inputs;\n"
+        "layout(rgba32ui, binding = 0) uniform uimage2D words;\n"
+        "void main() {\n"
+        "    float x = uintBitsToFloat(texelFetch(inputs, int(gl_FragCoord.y) * 256 + "
+        "int(gl_FragCoord.x)).r);\n"
+        "    imageStore(words, ivec2(gl_FragCoord.xy),\n"
+        "               floatBitsToUint(vec4(exponential(-x), opacity(x), exp(-x), 0.0)));\n"
+        "}\n";
     double worst_exp = 0.0, worst_opacity = 0.0, worst_builtin = 0.0;
     if (!b->context)
         skip();
@@ -127,7 +132,7 @@ static void test_fixed(void **state)
     static const char text[] =
         "uniform usamplerBuffer inputs;\n"
         "uint word(int i) { return texelFetch(inputs, i).r; }\n"
-        "layout(location = 0) out vec4 colour;\n"
+        "layout(rgba32ui, binding = 0) uniform uimage2D words;\n"
         "void main() {\n"
         "    int i = int(gl_FragCoord.y) * 256 + int(gl_FragCoord.x), j = i / 8 * 8;\n"
         "    Fixed3 a = Fixed3(ivec3(word(j)), uvec3(word(j + 1)), uvec3(word(j + 2)));\n"
@@ -143,7 +148,8 @@ static void test_fixed(void **state)
         "    int axis = j / 8 % 3;\n"
         "    uvec3 w = uvec3(uint(r.cell[axis]), r.fraction[axis], r.tail[axis]);\n"
         "    uint rest = (i & 1) == 0 ? w.x >> 16 | (w.y >> 16 << 16) : (w.x & 65535u) | w.y << 16;\n"
-        "    colour = vec4(rest & 65535u, rest >> 16, w.z & 65535u, w.z >> 16);\n"
+        "    imageStore(words, ivec2(gl_FragCoord.xy),\n"
+        "               floatBitsToUint(vec4(rest & 65535u, rest >> 16, w.z & 65535u, w.z >> 16)));\n"
         "}\n";
     if (!b->context)
         skip();

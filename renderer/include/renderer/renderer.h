@@ -48,12 +48,14 @@ struct vr_quality {
 extern const struct vr_quality vr_quality_defaults;
 
 struct vr_report {
-    uint64_t passes;                                     /* 1, or more where rays have thousands of samples */
-    uint64_t bricks_total, bricks_active, bricks_loaded; /* of the level */
-    uint64_t bytes_read;
+    uint64_t passes;                                /* over unfinished rays */
+    uint64_t bricks_total, bricks_active;           /* of the level */
+    uint64_t bricks_loaded;                         /* into the GPU cache; one that came twice counts twice */
+    uint64_t bricks_read, bytes_read;               /* from the file; bytes as stored */
     uint64_t gpu_cache_bytes, gpu_cache_peak_bytes; /* of the cache texture; of its slots ever in use */
+    uint64_t host_cache_peak_bytes;                 /* of decoded bricks, ever */
     uint64_t samples;                               /* of the field, fetched */
-    double seconds_frame;                           /* drawing and reading back, the bricks being resident */
+    double seconds_frame;                           /* loading, drawing and reading back */
     char gl_renderer[128];                          /* "" for methods on the CPU */
 };
 
@@ -63,7 +65,7 @@ struct vr_renderer;
 struct vr_renderer_params {
     enum vr_context_kind context;
     uint64_t gpu_cache_bytes;
-    uint64_t host_cache_bytes; /* not used while every visible brick must fit the GPU cache */
+    uint64_t host_cache_bytes; /* of decoded bricks */
     unsigned threads;          /* 0: one a core */
 };
 extern const struct vr_renderer_params vr_renderer_defaults;
@@ -73,8 +75,10 @@ int vr_renderer_create(struct vr_renderer **renderer, const struct brick_volume 
                        const struct vr_renderer_params *params, struct brick_error *err);
 void vr_renderer_destroy(struct vr_renderer **renderer);
 
-/* Single-pass GPU raycasting. image has scene->width x scene->height. BRICK_ERR_MEMORY when the active set
- * does not fit the cache, with the size that would do; BRICK_ERR_UNSUPPORTED for clip planes. */
+/* GPU raycasting, in passes: bricks that rays need come from the file between them, into caches of any size
+ * that holds a brick; the picture is the same bytes for all sizes. Bricks stay for the next picture. image
+ * has scene->width x scene->height. Errors of reading name the brick; the image is then undefined.
+ * BRICK_ERR_UNSUPPORTED for clip planes. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 

@@ -13,13 +13,17 @@
 #include "transfer_table.h"
 
 #define TARGET_EDGE 1024
-/* Samples and leaps of a ray in one pass: 2 loops x 16 rays x 2000 is below what llvmpipe lets a shader do.
- */
-#define STEPS_A_PASS 2000
+/* What a ray does in one pass, bounded so that 16 rays at once stay below the 65535 turns of loops that
+ * llvmpipe allows: 2 loops of samples and leaps, halvings at a hit, leaps to look ahead. */
+#define STEPS_A_PASS     1500
+#define MAX_REFINEMENTS  96 /* bits of a ray's path; see raycast.glsl */
+#define LOOK_AHEAD_TURNS 256
+#define MAX_LOOK_AHEAD   64
 /* Samples a ray: they are counted in 32 bits. */
 #define MAX_SAMPLES 2147483648.0
 
-enum { UNIT_ATLAS, UNIT_PAGES, UNIT_MACROCELLS, UNIT_PIECES, UNIT_BINS, UNIT_CARRIED, UNIT_PROGRESS };
+enum { UNIT_ATLAS, UNIT_PAGES, UNIT_MACROCELLS, UNIT_PIECES, UNIT_BINS };
+enum { IMAGE_STATE, IMAGE_PROGRESS, IMAGE_FEEDBACK };
 
 static int get_program(struct vr_raycast *r, struct vr_context *context, const struct brick_volume *volume,
                        enum brick_mode mode, bool skip, uint32_t search_steps, GLuint *out,
@@ -37,6 +41,7 @@ static int get_program(struct vr_raycast *r, struct vr_context *context, const s
         {"field.glsl", vr_shader_field},
         {"transfer.glsl", vr_shader_transfer},
         {"shading.glsl", vr_shader_shading},
+        {"feedback.glsl", vr_shader_feedback},
         {"raycast.glsl", vr_shader_raycast},
     };
     char defines[512];
@@ -46,12 +51,13 @@ static int get_program(struct vr_raycast *r, struct vr_context *context, const s
         return BRICK_OK;
     if (*program)
         context->gl.DeleteProgram(*program);
-    snprintf(
-        defines, sizeof defines,
-        "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
-        "#define MODE %s\n#define VOXEL_SAMPLER %s\n#define SEARCH_STEPS %u\n#define STEPS_A_PASS %d\n%s%s",
-        modes[mode], samplers[brick_volume_grid(volume)->type], search_steps, STEPS_A_PASS,
-        skip ? "#define SKIP\n" : "", brick_volume_stats(volume)->nonfinite ? "#define NONFINITE\n" : "");
+    snprintf(defines, sizeof defines,
+             "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
+             "#define MODE %s\n#define VOXEL_SAMPLER %s\n#define SEARCH_STEPS %u\n#define STEPS_A_PASS %d\n"
+             "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s%s",
+             modes[mode], samplers[brick_volume_grid(volume)->type], search_steps, STEPS_A_PASS,
+             LOOK_AHEAD_TURNS, VR_TARGET_TILE, skip ? "#define SKIP\n" : "",
+             brick_volume_stats(volume)->nonfinite ? "#define NONFINITE\n" : "");
     int result =
         vr_program_create(context, defines, parts, (int)(sizeof parts / sizeof *parts), program, err);
     *out = *program;
@@ -67,6 +73,7 @@ void vr_raycast_finish(struct vr_raycast *raycast, struct vr_context *context)
                 context->gl.DeleteProgram(raycast->programs[m][s].name);
     vr_buffer_finish(&raycast->pieces, context);
     vr_buffer_finish(&raycast->bins, context);
+    vr_feedback_finish(&raycast->feedback, context);
     *raycast = (struct vr_raycast){0};
 }
 
@@ -198,14 +205,16 @@ static void set_surface(const struct setter *s, const struct brick_grid *grid, c
     /* Samples further apart than a voxel are brought into cells that touch, whatever the refinement. */
     for (double step = quality->step_vox; step > 1.0; step /= 2.0)
         refinements++;
+    if (refinements > MAX_REFINEMENTS)
+        refinements = MAX_REFINEMENTS;
     s->gl->Uniform3fv(at(s, "surface"), 1, colour);
     s->gl->Uniform1ui(at(s, "refinements"), refinements);
     s->gl->Uniform1f(at(s, "isovalue"), vr_stored_threshold(grid, scene->isovalue));
 }
 
-/* No ray has more samples than this. */
-static int count_samples(const struct brick_grid *grid, const struct brick_level *level, double step_mm,
-                         double *most, struct brick_error *err)
+/* Can samples and voxels be counted? */
+static int check_counts(const struct brick_grid *grid, const struct brick_level *level, double step_mm,
+                        struct brick_error *err)
 {
     double spacing[3], longest = 0.0;
     brick_grid_spacing_mm(grid, spacing);
@@ -217,68 +226,120 @@ static int count_samples(const struct brick_grid *grid, const struct brick_level
                 "the level has %llu voxels on an axis, more than a shader can count: use a coarser level",
                 (unsigned long long)level->dims[a]);
     }
-    *most = ceil(longest / step_mm) + 1.0;
-    if (*most > MAX_SAMPLES)
+    if (ceil(longest / step_mm) + 1.0 > MAX_SAMPLES)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g mm makes more than 2^31 samples a ray",
                           step_mm);
     return BRICK_OK;
 }
 
-/* The picture part by part through one target, each in as many passes as its longest ray can need. */
-static int draw_parts(struct vr_context *context, const struct setter *s, uint64_t passes,
-                      struct brick_image *image, struct vr_report *report, struct brick_error *err)
+/* How many bricks a waiting ray may ask for beyond the one it needs. While what rays want fills less than
+ * half the cache the number doubles, so that a cache with room costs a number of passes that grows with the
+ * logarithm of the bricks along a ray; and since a ray has passed as many bricks as it may ask for, at most
+ * about half of what is read can be hidden behind where rays end. When more is wanted than there are slots,
+ * asking further gains nothing. */
+static int choose_ahead(int ahead, uint64_t wanted, uint64_t slots)
+{
+    if (wanted <= slots / 2)
+        return ahead < MAX_LOOK_AHEAD ? 2 * ahead : ahead;
+    return wanted > slots && ahead > 1 ? ahead / 2 : ahead;
+}
+
+/* One part of the picture, pass after pass, until all its rays have ended. */
+static int draw_part(struct vr_raycast *r, struct vr_context *context, const struct setter *s,
+                     const struct vr_target *target, struct vr_residency *residency, int width, int height,
+                     struct vr_report *report, struct brick_error *err)
+{
+    struct vr_feedback *feedback = &r->feedback;
+    const int across = TARGET_EDGE / VR_TARGET_TILE;
+    uint64_t wanted, waited_for, slots = vr_residency_atlas(residency)->count;
+    bool unfinished = true;
+    int ahead = 1;
+    for (uint32_t t = 0; t < feedback->tiles; t++)
+        feedback->words[t] = 1;
+    s->gl->Uniform1i(at(s, "resume"), GL_FALSE);
+    for (;;) {
+        s->gl->Uniform1i(at(s, "look_ahead"), ahead);
+        vr_atlas_use(vr_residency_atlas(residency), context, UNIT_ATLAS);
+        vr_feedback_clear(feedback, context);
+        vr_target_draw(target, context, width, height, feedback->words, across);
+        vr_feedback_read(feedback, context);
+        report->passes++;
+        int result = vr_context_check(context, "raycasting", err);
+        if (result)
+            return result;
+        unfinished = false;
+        for (uint32_t t = 0; t < feedback->tiles && !unfinished; t++)
+            unfinished = feedback->words[t] != 0;
+        if (!unfinished)
+            return BRICK_OK;
+        if ((result = vr_residency_bring(residency, feedback, &wanted, &waited_for, err)))
+            return result;
+        s->gl->Uniform1i(at(s, "resume"), GL_TRUE);
+        ahead = choose_ahead(ahead, wanted, slots);
+    }
+}
+
+/* The picture part by part through one target. */
+static int draw_parts(struct vr_raycast *r, struct vr_context *context, const struct setter *s,
+                      struct vr_residency *residency, struct brick_image *image, struct vr_report *report,
+                      struct brick_error *err)
 {
     struct vr_target target = {0};
     int width = (int)image->width, height = (int)image->height;
     int tw = width < TARGET_EDGE ? width : TARGET_EDGE, th = height < TARGET_EDGE ? height : TARGET_EDGE;
     uint32_t *progress = malloc((size_t)tw * (size_t)th * 2 * sizeof *progress);
-    int result = progress ? vr_target_init(&target, context, tw, th, passes > 1, err)
+    int result = progress ? vr_target_init(&target, context, tw, th, err)
                           : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
-    s->gl->Uniform1i(at(s, "carried"), UNIT_CARRIED);
-    s->gl->Uniform1i(at(s, "carried_progress"), UNIT_PROGRESS);
+    s->gl->Uniform1i(at(s, "state_image"), IMAGE_STATE);
+    s->gl->Uniform1i(at(s, "progress_image"), IMAGE_PROGRESS);
+    s->gl->Uniform1i(at(s, "feedback"), IMAGE_FEEDBACK);
+    s->gl->Uniform1i(at(s, "tiles_across"), TARGET_EDGE / VR_TARGET_TILE);
+    s->gl->Uniform1i(at(s, "tiles"), (GLint)r->feedback.tiles);
+    if (!result) {
+        vr_target_use(&target, context, IMAGE_STATE, IMAGE_PROGRESS);
+        vr_buffer_use_image(&r->feedback.buffer, context, IMAGE_FEEDBACK);
+    }
     for (int y = 0; !result && y < height; y += th)
         for (int x = 0; !result && x < width; x += tw) {
             int w = width - x < tw ? width - x : tw, h = height - y < th ? height - y : th;
             s->gl->Uniform2i(at(s, "tile_origin"), x, y);
-            for (uint64_t pass = 0; pass < passes; pass++) {
-                s->gl->Uniform1i(at(s, "resume"), pass > 0);
-                if (pass > 0)
-                    vr_target_use(&target, context, UNIT_CARRIED, UNIT_PROGRESS);
-                vr_target_draw(&target, context, w, h);
-            }
+            if ((result = draw_part(r, context, s, &target, residency, w, h, report, err)))
+                break;
             vr_target_read(&target, context, w, h, image->rgba + 4 * ((size_t)y * image->width + (size_t)x),
                            width, progress);
             for (size_t i = 0; i < (size_t)w * (size_t)h; i++)
                 report->samples += progress[2 * i + 1];
-            result = vr_context_check(context, "raycasting", err);
+            result = vr_context_check(context, "reading the picture", err);
         }
-    report->passes = passes;
     vr_target_finish(&target, context);
     free(progress);
     return result;
 }
 
 int vr_raycast_draw(struct vr_raycast *r, struct vr_context *context, const struct brick_volume *volume,
-                    const struct vr_residency *residency, const struct vr_scene *scene,
+                    struct vr_residency *residency, const struct vr_scene *scene,
                     const struct vr_quality *quality, struct brick_image *image, struct vr_report *report,
                     struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
     const struct brick_level *level = &grid->level[scene->level];
     const struct vr_gl *gl = &context->gl;
-    double step_mm = quality->step_vox * brick_grid_min_spacing_mm(grid), most = 0.0;
+    double step_mm = quality->step_vox * brick_grid_min_spacing_mm(grid);
     struct setter setter = {.gl = gl};
     struct vr_transfer_table table = {.search_steps = 1};
     struct brick_view view;
     int result;
 
-    if ((result = count_samples(grid, level, step_mm, &most, err)) ||
+    if ((result = check_counts(grid, level, step_mm, err)) ||
         (result = brick_view_init(&view, &scene->camera, grid, scene->width, scene->height, err)))
         return result;
     if (scene->mode != BRICK_MODE_ISO &&
         (result = vr_transfer_table_init(&table, scene->transfer, grid, err)))
         return result;
-    if ((result = get_program(r, context, volume, scene->mode, quality->skip, table.search_steps,
+    if ((result = vr_feedback_resize(&r->feedback, context,
+                                     (TARGET_EDGE / VR_TARGET_TILE) * (TARGET_EDGE / VR_TARGET_TILE),
+                                     level->bricks[0] * level->bricks[1] * level->bricks[2], err)) ||
+        (result = get_program(r, context, volume, scene->mode, quality->skip, table.search_steps,
                               &setter.program, err)))
         goto done;
     gl->UseProgram(setter.program);
@@ -295,10 +356,7 @@ int vr_raycast_draw(struct vr_raycast *r, struct vr_context *context, const stru
     set_float(&setter, "depth_end", quality->termination > 0.0 ? -log(quality->termination) : FLT_MAX);
     vr_buffer_use(vr_residency_pages(residency), context, UNIT_PAGES);
     vr_buffer_use(&vr_residency_macrocells(residency)->buffer, context, UNIT_MACROCELLS);
-    gl->ActiveTexture(GL_TEXTURE0 + UNIT_ATLAS);
-    gl->BindTexture(GL_TEXTURE_3D, vr_residency_atlas(residency)->texture);
-    result = draw_parts(context, &setter, (uint64_t)ceil(most / STEPS_A_PASS), image, report, err);
-    gl->BindTexture(GL_TEXTURE_3D, 0);
+    result = draw_parts(r, context, &setter, residency, image, report, err);
 done:
     gl->UseProgram(0);
     vr_transfer_table_finish(&table);
