@@ -12,8 +12,9 @@
 #include "message.h"
 #include "options.h"
 
-#define COMMAND   "bench isotrace"
-#define MAX_CORES 64
+#define COMMAND     "bench isotrace"
+#define MAX_CORES   64
+#define SAMPLES_MIN 1000
 
 struct request {
     double iso, orbit[2];
@@ -63,9 +64,14 @@ static int measure_shares(const struct request *r, const struct brick_volume *vo
 {
     const struct vr_isotracer_params params = {.host_cache_bytes = r->host_cache_bytes, .threads = 1};
     struct vr_isotracer *tracer = NULL;
+    const struct vr_iso_profile *p = &results->profile;
     double seconds;
     int code = vr_isotracer_create(&tracer, volume, &params, err);
-    for (uint32_t i = 0; i <= r->frames && !code; i++)
+    /* Short frames: more of them, for enough samples. */
+    for (uint32_t i = 0;
+         !code && (i <= r->frames ||
+                   (i <= BENCH_REPEAT_MAX && p->traversal + p->intersection + p->shading < SAMPLES_MIN));
+         i++)
         code = one_frame(tracer, scene, true, i ? &results->profile : NULL, image, &seconds, err);
     vr_isotracer_destroy(&tracer);
     return code;
