@@ -85,6 +85,8 @@ static const struct brick_transfer line = {.knots = line_knots,
                                            .count = 2,
                                            .support = &everywhere,
                                            .support_count = 1,
+                                           .visible = &everywhere,
+                                           .visible_count = 1,
                                            .continuous = true,
                                            .unit_mm = 2};
 
@@ -373,6 +375,8 @@ static void where_fields_agree(void **state)
                                                .count = 3,
                                                .support = &everywhere,
                                                .support_count = 1,
+                                               .visible = &everywhere,
+                                               .visible_count = 1,
                                                .continuous = true,
                                                .unit_mm = 2};
     static const enum brick_mode modes[] = {BRICK_MODE_DVR, BRICK_MODE_SHADED, BRICK_MODE_ISO,
