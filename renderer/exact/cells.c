@@ -57,7 +57,7 @@ static int enter_brick(struct vr_brick_cells *c, const int64_t cell[3], struct b
     }
     c->id = brick_grid_id(c->grid, c->level, at[0], at[1], at[2]);
     c->side = NAN;
-    if (c->states[c->id - level->first_brick] != BRICK_STATE_ACTIVE) {
+    if (c->states[c->id - level->first_brick] < BRICK_STATE_ACTIVE) {
         double lo, hi;
         if (c->sides && brick_volume_physical_range(c->volume, c->id, &lo, &hi))
             c->side = c->states[c->id - level->first_brick] == BRICK_STATE_ABOVE ? lo : hi;

@@ -166,25 +166,6 @@ static void set_look(struct vr_look *look, const struct brick_grid *grid, const 
         }
 }
 
-/* Which bricks are to be read. Voxels that are not finite have no side of an isovalue, and the index does not
- * say where they are: if there are any, every brick with a value is read. */
-static uint64_t find_active(const struct brick_volume *volume, const struct brick_active_query *query,
-                            uint64_t bricks, uint8_t *states)
-{
-    uint64_t first = brick_volume_grid(volume)->level[query->level].first_brick;
-    uint64_t active = brick_active_set(volume, query, states);
-    if (query->mode != BRICK_MODE_ISO || !brick_volume_stats(volume)->nonfinite)
-        return active;
-    active = 0;
-    for (uint64_t i = 0; i < bricks; i++) {
-        double lo, hi;
-        bool any = brick_volume_physical_range(volume, first + i, &lo, &hi);
-        states[i] = any ? BRICK_STATE_ACTIVE : BRICK_STATE_EMPTY;
-        active += any;
-    }
-    return active;
-}
-
 /* Each thread pins a brick, so no more of them than bricks in the cache. */
 static unsigned thread_count(const struct brick_grid *grid, const struct vr_exact_params *params)
 {
@@ -219,7 +200,7 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
         !(states = malloc((size_t)bricks)))
         return brick_fail(err, BRICK_ERR_MEMORY, "exact: no memory for the states of the level's bricks");
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
-    active = find_active(volume, &query, bricks, states);
+    active = brick_active_set(volume, &query, states);
     set_look(&frame.look, grid, scene, params);
 
     result = brick_cache_create(&cache, volume, params->host_cache_bytes, err);

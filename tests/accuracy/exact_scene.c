@@ -375,8 +375,8 @@ static void where_fields_agree(void **state)
                                                .count = 3,
                                                .support = &everywhere,
                                                .support_count = 1,
-                                           .visible = &everywhere,
-                                           .visible_count = 1,
+                                               .visible = &everywhere,
+                                               .visible_count = 1,
                                                .continuous = true,
                                                .unit_mm = 2};
     static const enum brick_mode modes[] = {BRICK_MODE_DVR, BRICK_MODE_SHADED, BRICK_MODE_ISO,
