@@ -4,12 +4,12 @@
  * level, or NO_SLOT, and the two agree; page[b] is what the GPU's table holds, or will at the end of the
  * call, unless `stale`. A brick that did not get into the texture, because of an error, is not in the map.
  *
- * Which brick goes when: bricks are cells of a lattice, each the set of points nearest to its own centre, so
- * along any ray their centres' distances from the eye ascend (all in units of the lattice; parallel rays: the
- * places along the view). Hence no ray will need a brick that is nearer than the nearest brick that some ray
- * waits for: those go first, least recently used ones before others. After them go the farthest, which are
- * needed last. And of the bricks that rays wait for the nearest is needed now for the last time: loading in
- * this order brings few bricks twice. */
+ * Which brick comes and goes when: depths of bricks ascend along every ray (depth.h). Hence no ray will need
+ * a brick that is nearer than the nearest brick that some ray waits for; and that one is needed now for the
+ * last time. So bricks come nearest first, whether a ray waits for them or only asks ahead: a front that
+ * sweeps the volume once, and few bricks come twice. (With bricks that are waited for before all others,
+ * translucent volumes take a third more uploads: docs/performance.md.) Bricks behind the front go first,
+ * least recently used ones before others; after them the farthest, which are needed last. */
 #include "residency.h"
 
 #include <stdlib.h>
@@ -18,6 +18,7 @@
 #include <brick/cache.h>
 #include <brick/checked.h>
 
+#include "depth.h"
 #include "page_table.h"
 #include "upload.h"
 
@@ -77,8 +78,7 @@ struct vr_residency {
 
     /* The picture at hand. */
     struct brick_active_query query; /* only while bricks are classified */
-    double eye[3];                   /* in bricks of the level; or the direction of parallel rays */
-    bool parallel;
+    struct vr_depth depth;
     uint64_t active, loaded;
     struct brick_cache_counters before;
 
@@ -209,40 +209,6 @@ static int set_classification(struct vr_residency *r, const struct brick_active_
     return BRICK_OK;
 }
 
-/* Where rays come from, in units of bricks of the level. */
-static void set_eye(struct vr_residency *r, const struct brick_camera *camera)
-{
-    const struct brick_grid *grid = brick_volume_grid(r->volume);
-    const struct brick_level *l = &grid->level[r->level];
-    double inverse[3][4];
-    brick_affine_invert(grid->affine, inverse);
-    r->parallel = camera->ortho_height_mm > 0.0;
-    for (int a = 0; a < 3; a++) {
-        const double *m = inverse[a], *eye = camera->eye_mm, *look = camera->look_mm;
-        double unit = l->scale[a] * grid->edge;
-        if (r->parallel)
-            r->eye[a] =
-                (m[0] * (look[0] - eye[0]) + m[1] * (look[1] - eye[1]) + m[2] * (look[2] - eye[2])) / unit;
-        else
-            r->eye[a] = (m[0] * eye[0] + m[1] * eye[1] + m[2] * eye[2] + m[3] - l->offset[a]) / unit;
-    }
-}
-
-/* Ascends along every ray. */
-static double eye_distance(const struct vr_residency *r, uint64_t b)
-{
-    const struct brick_level *l = &brick_volume_grid(r->volume)->level[r->level];
-    double at[3] = {(double)(b % l->bricks[0]), (double)(b / l->bricks[0] % l->bricks[1]),
-                    (double)(b / l->bricks[0] / l->bricks[1])};
-    double squared = 0.0, along = 0.0;
-    for (int a = 0; a < 3; a++) {
-        double d = at[a] + 0.5 - r->eye[a];
-        squared += d * d;
-        along += at[a] * r->eye[a];
-    }
-    return r->parallel ? along : squared;
-}
-
 /* The brick's number in the table's level; `bricks` or more: of another one. */
 static uint64_t brick_in(const struct vr_residency *r, uint32_t slot)
 {
@@ -293,7 +259,7 @@ int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *
     if ((result = set_level(r, query->level, err)) || (result = set_classification(r, query, err)))
         return result;
     r->query = *query;
-    set_eye(r, camera);
+    vr_depth_init(&r->depth, brick_volume_grid(r->volume), query->level, camera);
     r->loaded = 0;
     brick_cache_count(r->cache, &r->before);
     if (!r->stale && level == r->level && classification == r->classification.number)
@@ -312,22 +278,33 @@ int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *
     return BRICK_OK;
 }
 
-/* Waited for first, then near first. */
-static int more_wanted(const void *a, const void *b)
+static int nearer(const void *a, const void *b)
 {
     const struct want *p = a, *q = b;
-    if (p->needed != q->needed)
-        return p->needed ? -1 : 1;
     if (p->distance != q->distance)
         return p->distance < q->distance ? -1 : 1;
     return (p->brick > q->brick) - (p->brick < q->brick);
 }
 
+/* The nearest first, but before it the nearest that a ray waits for, should rounding have put another there:
+ * that one is sure of a slot, so every pass takes a ray further. */
+static void sort_wants(struct vr_residency *r, size_t n)
+{
+    size_t i = 0;
+    qsort(r->wants, n, sizeof *r->wants, nearer);
+    while (i < n && !r->wants[i].needed)
+        i++;
+    if (i == n)
+        return;
+    const struct want first = r->wants[i];
+    memmove(r->wants + 1, r->wants, i * sizeof first);
+    r->wants[0] = first;
+}
+
 static int gather(struct vr_residency *r, const struct vr_feedback *feedback, size_t *count,
-                  uint64_t *waited_for, struct brick_error *err)
+                  struct brick_error *err)
 {
     size_t n = 0;
-    *waited_for = 0;
     for (uint64_t w = 0; w < (r->bricks + 15) / 16; w++) {
         uint32_t word = feedback->words[feedback->tiles + w];
         for (uint32_t i = 0; word; i++, word >>= 2) {
@@ -343,11 +320,10 @@ static int gather(struct vr_residency *r, const struct vr_feedback *feedback, si
             }
             uint32_t b = (uint32_t)(16 * w + i);
             bool needed = word & VR_FEEDBACK_NEEDED;
-            *waited_for += needed;
-            r->wants[n++] = (struct want){eye_distance(r, b), b, needed};
+            r->wants[n++] = (struct want){vr_depth_of(&r->depth, b), b, needed};
         }
     }
-    qsort(r->wants, n, sizeof *r->wants, more_wanted);
+    sort_wants(r, n);
     *count = n;
     return BRICK_OK;
 }
@@ -376,7 +352,7 @@ static void find_victims(struct vr_residency *r, double front)
         if (r->slots[s].id == NO_BRICK) {
             v.worth = WORTH_NOTHING;
         } else if (needed_by_picture(r, s)) {
-            v.distance = eye_distance(r, brick_in(r, s));
+            v.distance = vr_depth_of(&r->depth, brick_in(r, s));
             v.worth = v.distance < front ? WORTH_PAST : WORTH_FUTURE;
         }
         r->victims[n++] = v;
@@ -456,11 +432,11 @@ static int load(struct vr_residency *r, size_t n, struct brick_error *err)
 }
 
 int vr_residency_bring(struct vr_residency *r, const struct vr_feedback *feedback, uint64_t *wanted,
-                       uint64_t *waited_for, struct brick_error *err)
+                       struct brick_error *err)
 {
     uint64_t first = brick_volume_grid(r->volume)->level[r->level].first_brick;
     size_t count = 0, missing = 0, n = 0;
-    int result = gather(r, feedback, &count, waited_for, err);
+    int result = gather(r, feedback, &count, err);
     *wanted = count;
     if (result)
         return result;
@@ -477,13 +453,12 @@ int vr_residency_bring(struct vr_residency *r, const struct vr_feedback *feedbac
     if (!missing)
         return BRICK_OK;
     find_victims(r, front);
-    for (; n < missing; n++) {
-        const struct want *w = &r->wants[n];
+    for (size_t i = 0; i < missing; i++) {
+        const struct want *w = &r->wants[i];
         const struct victim *v = &r->victims[n];
         /* What comes next does not push out what is nearer. */
-        if (!w->needed && v->worth == WORTH_FUTURE && v->distance <= w->distance)
-            break;
-        r->ids[n] = first + w->brick;
+        if (w->needed || v->worth != WORTH_FUTURE || v->distance > w->distance)
+            r->ids[n++] = first + w->brick;
     }
     return load(r, n, err);
 }

@@ -33,12 +33,11 @@ void vr_residency_destroy(struct vr_residency **residency);
 /* Begin a picture: page table and macrocell bits say what of its active bricks is resident. Reads nothing. */
 int vr_residency_begin(struct vr_residency *residency, const struct brick_active_query *query,
                        const struct brick_camera *camera, struct brick_error *err);
-/* After a pass: bring what its rays want, as far as there are slots: bricks that rays wait for come before
- * those that come next, and among these the nearest first. *wanted: how many distinct bricks were asked for;
- * *waited_for: of these, how many rays wait for. If that is not 0 at least one of them is resident
- * afterwards. Errors of reading bricks as they are; the residency is then as usable as before. */
+/* After a pass: bring what its rays want, the nearest first, as far as there are slots. *wanted: how many
+ * distinct bricks were asked for. If a ray waits for a brick, then of those that are waited for the nearest
+ * is resident afterwards. Errors of reading bricks as they are; the residency is then as usable as before. */
 int vr_residency_bring(struct vr_residency *residency, const struct vr_feedback *feedback, uint64_t *wanted,
-                       uint64_t *waited_for, struct brick_error *err);
+                       struct brick_error *err);
 
 void vr_residency_count(const struct vr_residency *residency, struct vr_residency_counters *counters);
 const struct vr_atlas *vr_residency_atlas(const struct vr_residency *residency);

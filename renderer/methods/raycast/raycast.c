@@ -251,7 +251,7 @@ static int draw_part(struct vr_raycast *r, struct vr_context *context, const str
 {
     struct vr_feedback *feedback = &r->feedback;
     const int across = TARGET_EDGE / VR_TARGET_TILE;
-    uint64_t wanted, waited_for, slots = vr_residency_atlas(residency)->count;
+    uint64_t wanted, slots = vr_residency_atlas(residency)->count;
     bool unfinished = true;
     int ahead = 1;
     for (uint32_t t = 0; t < feedback->tiles; t++)
@@ -272,7 +272,7 @@ static int draw_part(struct vr_raycast *r, struct vr_context *context, const str
             unfinished = feedback->words[t] != 0;
         if (!unfinished)
             return BRICK_OK;
-        if ((result = vr_residency_bring(residency, feedback, &wanted, &waited_for, err)))
+        if ((result = vr_residency_bring(residency, feedback, &wanted, err)))
             return result;
         s->gl->Uniform1i(at(s, "resume"), GL_TRUE);
         ahead = choose_ahead(ahead, wanted, slots);
