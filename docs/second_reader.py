@@ -26,7 +26,8 @@ def read_header(data):
     h["dims"] = struct.unpack_from("<3Q", data, 56)
     h["tables"] = [struct.unpack_from("<3Q", data, 192 + 24 * t) for t in range(4)]
     need(h["type"] in TYPES and h["entry"] == 48 and (h["channels"], h["times"]) == (1, 1), "header")
-    need(data[288:504] == bytes(216), "reserved bytes")
+    h["tolerance"] = struct.unpack_from("<d", data, 288)[0]
+    need(0 <= h["tolerance"] < math.inf and data[296:504] == bytes(208), "reserved bytes")
     return h
 
 
@@ -57,9 +58,10 @@ def decode(data, h, entry, stored, cells):
     voxels, pairs = math.prod(stored), math.prod(cells)
     if entry["flags"] & 1:
         value = struct.unpack("<f", struct.pack("<I", entry["value"]))[0]
-        finite = math.isfinite(value)
-        value = value if letter == "f" else int(value)
-        return (value,) * voxels, (value, value) * pairs if finite else (math.inf, -math.inf) * pairs
+        kind = float if letter == "f" else int
+        ends = [entry[end] if math.isinf(entry[end]) else kind(entry[end]) for end in ("min", "max")]
+        return (kind(value),) * voxels, tuple(ends) * pairs
+    need(entry["codec"] < 5 or h["tolerance"] > 0, "a lossy brick in a lossless file")
     need(entry["codec"] == 0, "codec %d: this reader decodes codec none only" % entry["codec"])
     need(entry["bytes"] == (voxels + 2 * pairs) * width, "payload size")
     numbers = struct.unpack_from("<%d%s" % (voxels + 2 * pairs, letter), data, entry["offset"])

@@ -168,6 +168,24 @@ static int read_part(struct file_source *s, size_t file, uint64_t within, void *
     return s->at == s->file_bytes ? fmt_inflate_check(s->inflate, err) : BRICK_OK;
 }
 
+/* n bytes of decoded voxels from `offset` of the volume, out of one file or several. */
+static int read_bytes(struct file_source *s, uint64_t offset, unsigned char *dst, uint64_t n,
+                      struct brick_error *err)
+{
+    while (n) {
+        uint64_t within = offset % s->file_bytes, some = s->file_bytes - within;
+        if (some > n)
+            some = n;
+        int code = read_part(s, (size_t)(offset / s->file_bytes), within, dst, (size_t)some, err);
+        if (code)
+            return code;
+        dst += some;
+        offset += some;
+        n -= some;
+    }
+    return BRICK_OK;
+}
+
 static int read_slices(struct brick_source *base, uint64_t z, uint64_t count, void *dst,
                        struct brick_error *err)
 {
@@ -176,21 +194,34 @@ static int read_slices(struct brick_source *base, uint64_t z, uint64_t count, vo
     if (z > dims[2] || count > dims[2] - z)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "slices %llu+%llu are outside the volume",
                           (unsigned long long)z, (unsigned long long)count);
-    unsigned char *p = dst;
-    uint64_t offset = z * s->slice_bytes, left = count * s->slice_bytes;
-    while (left) {
-        uint64_t within = offset % s->file_bytes, n = s->file_bytes - within;
-        if (n > left)
-            n = left;
-        int code = read_part(s, (size_t)(offset / s->file_bytes), within, p, (size_t)n, err);
-        if (code)
-            return code;
-        p += n;
-        offset += n;
-        left -= n;
-    }
-    if (s->swap)
+    int code = read_bytes(s, z * s->slice_bytes, dst, count * s->slice_bytes, err);
+    if (!code && s->swap)
         brick_type_swap_bytes(base->type, dst, (size_t)(count * dims[0] * dims[1]));
+    return code;
+}
+
+/* Uncompressed files only. Lines that lie behind each other in the file are read at once. */
+static int read_box(struct brick_source *base, const uint64_t lo[3], const uint64_t hi[3], void *dst,
+                    struct brick_error *err)
+{
+    struct file_source *s = (struct file_source *)base;
+    const uint64_t *dims = base->geometry.dims;
+    for (int a = 0; a < 3; a++)
+        if (lo[a] >= hi[a] || hi[a] > dims[a])
+            return brick_fail(err, BRICK_ERR_ARGUMENT, "a box outside the volume");
+    uint64_t width = brick_type_bytes(base->type), nx = hi[0] - lo[0], ny = hi[1] - lo[1];
+    uint64_t lines = nx == dims[0] ? ny : 1;
+    unsigned char *p = dst;
+    for (uint64_t z = lo[2]; z < hi[2]; z++)
+        for (uint64_t y = lo[1]; y < hi[1]; y += lines) {
+            int code =
+                read_bytes(s, z * s->slice_bytes + (y * dims[0] + lo[0]) * width, p, lines * nx * width, err);
+            if (code)
+                return code;
+            p += lines * nx * width;
+        }
+    if (s->swap)
+        brick_type_swap_bytes(base->type, dst, (size_t)((hi[2] - lo[2]) * ny * nx));
     return BRICK_OK;
 }
 
@@ -225,6 +256,8 @@ int fmt_file_source_create(struct brick_source **source, const struct fmt_file_l
     s->base.geometry = layout->geometry;
     s->base.type = layout->type;
     s->base.read = read_slices;
+    if (layout->encoding == FMT_ENCODING_RAW)
+        s->base.read_box = read_box;
     s->base.destroy = destroy;
     s->io = (struct brick_io)BRICK_IO_CLOSED;
     s->encoding = layout->encoding;

@@ -98,6 +98,21 @@ static int measure(const struct request *request, struct result *result, struct 
     return code;
 }
 
+/* One line a stage: what it cost all threads together, and what one core would put through. */
+static void print_stages(const struct brick_build_report *report)
+{
+    printf("\n%-10s %10s %10s %14s\n", "stage", "core s", "MB", "MB/s a core");
+    for (int s = 0; s < BRICK_STAGES; s++) {
+        double seconds = 1e-9 * (double)report->stage[s].ns, mb = 1e-6 * (double)report->stage[s].bytes;
+        if (report->stage[s].ns)
+            printf("%-10s %10.4f %10.1f %14.1f\n", brick_build_stage_name((enum brick_build_stage)s), seconds,
+                   mb, mb / seconds);
+    }
+    printf("%u encoding threads waited %.4f s for reading, %.4f s for writing; %s limits\n", report->threads,
+           1e-9 * (double)report->wait_read_ns, 1e-9 * (double)report->wait_write_ns,
+           brick_build_stage_name(brick_build_limit(report)));
+}
+
 static void print_text(const struct request *request, const struct result *result)
 {
     double mb = 1e-6 * (double)result->source_bytes;
@@ -110,6 +125,7 @@ static void print_text(const struct request *request, const struct result *resul
            result->convert.max, mb / result->convert.median);
     printf("convert runs at %.2f of the copy's speed; file %s\n",
            result->copy.median / result->convert.median, tool_size_text(result->report.output_bytes).text);
+    print_stages(&result->report);
 }
 
 static int print_json(const struct result *result)
@@ -122,6 +138,13 @@ static int print_json(const struct result *result)
     cJSON_AddNumberToObject(json, "convert_bytes_per_second",
                             (double)result->source_bytes / result->convert.median);
     cJSON_AddNumberToObject(json, "speed_of_copy", result->copy.median / result->convert.median);
+    cJSON *stages = cJSON_AddObjectToObject(json, "stages");
+    for (int s = 0; s < BRICK_STAGES; s++) {
+        cJSON *stage = cJSON_AddObjectToObject(stages, brick_build_stage_name((enum brick_build_stage)s));
+        cJSON_AddNumberToObject(stage, "core_seconds", 1e-9 * (double)result->report.stage[s].ns);
+        cJSON_AddNumberToObject(stage, "bytes", (double)result->report.stage[s].bytes);
+    }
+    cJSON_AddStringToObject(json, "limit", brick_build_stage_name(brick_build_limit(&result->report)));
     cJSON_AddNumberToObject(json, "peak_rss_bytes", (double)brick_peak_rss_bytes());
     return tool_json_print(COMMAND, json);
 }
@@ -158,6 +181,8 @@ int bench_convert(int argc, char **argv)
         return code;
     if (has_size != has_type)
         return tool_misuse(COMMAND, "--size and --type go together");
+    if ((code = tool_building_check(COMMAND, &r.building)) >= 0)
+        return code;
     r.source = argv[first];
     r.building.params.nearest = r.building.downsample == 1;
     r.building.params.codec_level = (int)r.building.codec_level;

@@ -1,5 +1,6 @@
-/* Why: seconds per frame of every mode, one after the other in one process on one renderer. The first frame
- * of a mode loads bricks and compiles shaders; it is shown apart from the median of the frames after it. */
+/* Why: seconds per frame of every mode, and of isosurfaces traced on the CPU, one after the other in one
+ * process on one renderer. The first frame of a mode loads bricks and compiles shaders; it is shown apart
+ * from the median of the frames after it. */
 #include <stdio.h>
 
 #include <cjson/cJSON.h>
@@ -12,6 +13,7 @@
 
 #define COMMAND "bench render"
 #define MODES   4
+#define ROWS    (MODES + 1) /* and isotrace, on the CPU */
 
 struct request {
     const char *tf;
@@ -30,10 +32,19 @@ struct result {
     struct vr_report report;
 };
 
-static const char *const mode_names[MODES] = {"dvr", "shaded", "iso", "mip"};
+static const char *const row_names[ROWS] = {"dvr", "shaded", "iso", "mip", "isotrace"};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 
-static int measure(struct vr_renderer *renderer, const struct vr_scene *scene,
+/* One frame, by whichever of the two is not NULL. */
+static int frame_of(struct vr_renderer *renderer, struct vr_isotracer *tracer, const struct vr_scene *scene,
+                    const struct vr_quality *quality, struct brick_image *image, struct vr_report *report,
+                    struct brick_error *err)
+{
+    return renderer ? vr_render(renderer, scene, quality, image, report, err)
+                    : vr_render_isotrace(tracer, scene, &vr_isotrace_defaults, image, report, err);
+}
+
+static int measure(struct vr_renderer *renderer, struct vr_isotracer *tracer, const struct vr_scene *scene,
                    const struct vr_quality *quality, uint32_t frames, struct result *result,
                    struct brick_error *err)
 {
@@ -41,7 +52,7 @@ static int measure(struct vr_renderer *renderer, const struct vr_scene *scene,
     double seconds[BENCH_REPEAT_MAX];
     int code = brick_image_init(&image, scene->width, scene->height, err);
     for (uint32_t i = 0; i <= frames && !code; i++) {
-        code = vr_render(renderer, scene, quality, &image, &result->report, err);
+        code = frame_of(renderer, tracer, scene, quality, &image, &result->report, err);
         if (i)
             seconds[i - 1] = result->report.seconds_frame;
         else
@@ -54,11 +65,14 @@ static int measure(struct vr_renderer *renderer, const struct vr_scene *scene,
 }
 
 static int measure_all(const struct request *request, const struct brick_volume *volume,
-                       struct result results[MODES], struct brick_error *err)
+                       struct result results[ROWS], struct brick_error *err)
 {
     struct vr_scene scene = request->scene;
     struct brick_transfer *transfer = NULL;
     struct vr_renderer *renderer = NULL;
+    struct vr_isotracer *tracer = NULL;
+    const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
+                                            .threads = request->renderer.threads};
     double range[2];
 
     scene.width = request->size[0];
@@ -74,28 +88,35 @@ static int measure_all(const struct request *request, const struct brick_volume 
     for (int mode = 0; mode < MODES && !code; mode++) {
         scene.mode = (enum brick_mode)mode;
         scene.transfer = mode == BRICK_MODE_ISO && !request->tf ? NULL : transfer;
-        code = measure(renderer, &scene, &request->quality, request->frames, &results[mode], err);
+        code = measure(renderer, NULL, &scene, &request->quality, request->frames, &results[mode], err);
     }
     vr_renderer_destroy(&renderer);
+    scene.mode = BRICK_MODE_ISO;
+    scene.transfer = request->tf ? transfer : NULL;
+    if (!code)
+        code = vr_isotracer_create(&tracer, volume, &cpu, err);
+    if (!code)
+        code = measure(NULL, tracer, &scene, &request->quality, request->frames, &results[MODES], err);
+    vr_isotracer_destroy(&tracer);
     brick_transfer_destroy(&transfer);
     return code;
 }
 
-static void print_text(const struct request *request, const struct result results[MODES])
+static void print_text(const struct request *request, const struct result results[ROWS])
 {
     printf("%ux%u, step %g, %u frames, %s\n", request->size[0], request->size[1], request->quality.step_vox,
            request->frames, results[0].report.gl_renderer);
     printf("%-8s %10s %10s %10s %10s %14s %16s\n", "mode", "median s", "min s", "max s", "first s", "bricks",
            "samples");
-    for (int mode = 0; mode < MODES; mode++) {
-        const struct result *r = &results[mode];
-        printf("%-8s %10.4f %10.4f %10.4f %10.4f %6llu/%-7llu %16llu\n", mode_names[mode], r->frame.median,
+    for (int row = 0; row < ROWS; row++) {
+        const struct result *r = &results[row];
+        printf("%-8s %10.4f %10.4f %10.4f %10.4f %6llu/%-7llu %16llu\n", row_names[row], r->frame.median,
                r->frame.min, r->frame.max, r->first, (unsigned long long)r->report.bricks_active,
                (unsigned long long)r->report.bricks_total, (unsigned long long)r->report.samples);
     }
 }
 
-static int print_json(const struct request *request, const struct result results[MODES])
+static int print_json(const struct request *request, const struct result results[ROWS])
 {
     cJSON *json = cJSON_CreateObject();
     cJSON_AddNumberToObject(json, "width", request->size[0]);
@@ -103,14 +124,14 @@ static int print_json(const struct request *request, const struct result results
     cJSON_AddNumberToObject(json, "step", request->quality.step_vox);
     cJSON_AddNumberToObject(json, "frames", request->frames);
     cJSON_AddStringToObject(json, "gl_renderer", results[0].report.gl_renderer);
-    for (int mode = 0; mode < MODES; mode++) {
-        cJSON *object = cJSON_AddObjectToObject(json, mode_names[mode]);
-        cJSON_AddNumberToObject(object, "seconds_frame", results[mode].frame.median);
-        cJSON_AddNumberToObject(object, "seconds_min", results[mode].frame.min);
-        cJSON_AddNumberToObject(object, "seconds_max", results[mode].frame.max);
-        cJSON_AddNumberToObject(object, "seconds_first", results[mode].first);
-        cJSON_AddNumberToObject(object, "bricks_active", (double)results[mode].report.bricks_active);
-        cJSON_AddNumberToObject(object, "samples", (double)results[mode].report.samples);
+    for (int row = 0; row < ROWS; row++) {
+        cJSON *object = cJSON_AddObjectToObject(json, row_names[row]);
+        cJSON_AddNumberToObject(object, "seconds_frame", results[row].frame.median);
+        cJSON_AddNumberToObject(object, "seconds_min", results[row].frame.min);
+        cJSON_AddNumberToObject(object, "seconds_max", results[row].frame.max);
+        cJSON_AddNumberToObject(object, "seconds_first", results[row].first);
+        cJSON_AddNumberToObject(object, "bricks_active", (double)results[row].report.bricks_active);
+        cJSON_AddNumberToObject(object, "samples", (double)results[row].report.samples);
     }
     return tool_json_print(COMMAND, json);
 }
@@ -150,7 +171,7 @@ int bench_render(int argc, char **argv)
     const struct tool_usage usage = {
         .command = COMMAND,
         .arguments = "FILE [OPTIONS]",
-        .summary = "Seconds per frame in the modes dvr, shaded, iso and mip.",
+        .summary = "Seconds per frame in the modes dvr, shaded, iso and mip, and of --method isotrace.",
         .options = options,
         .option_count = TOOL_COUNT(options),
         .positional_min = 1,
@@ -162,7 +183,7 @@ int bench_render(int argc, char **argv)
         return code;
     r.renderer.context = (enum vr_context_kind)r.context;
 
-    struct result results[MODES] = {0};
+    struct result results[ROWS] = {0};
     struct brick_volume *volume = NULL;
     struct brick_error err = {0};
     code = brick_volume_open(&volume, argv[first], &err);

@@ -21,6 +21,17 @@ void tool_building_init(struct tool_building *building)
                                        .codec_level = (uint32_t)brick_build_defaults.codec_level};
 }
 
+int tool_building_check(const char *command, const struct tool_building *building)
+{
+    const struct brick_build_params *params = &building->params;
+    if (brick_codec_is_lossy(params->codec) && !(params->tolerance > 0))
+        return tool_misuse(command, "--codec %s needs --tolerance E", brick_codec_name(params->codec));
+    if (!brick_codec_is_lossy(params->codec) && params->tolerance > 0)
+        return tool_misuse(command, "--tolerance goes with --codec zfp; codec %s changes no value",
+                           brick_codec_name(params->codec));
+    return -1;
+}
+
 static int print_json(const char *command, const struct brick_build_report *report)
 {
     cJSON *json = cJSON_CreateObject();

@@ -36,13 +36,15 @@ extern const char *const tool_downsample_names[];
          .limits = {.min = 4, .max = 16},                                                                    \
          .help = "edge of the cells with a range of their own: 4, 8 or 16"},                                 \
         {"codec", .value = "NAME", .parse = tool_parse_codec, .target = &(b).params.codec,                   \
-         .help = "none, lz4 or zstd"},                                                                       \
+         .help = "none, lz4, lz4-bitshuffle, zstd, zstd-delta, or zfp (lossy)"},                             \
         {"codec-level",                                                                                      \
          .value = "N",                                                                                       \
          .parse = tool_parse_u32,                                                                            \
          .target = &(b).codec_level,                                                                         \
          .limits = {.min = 1, .max = 9},                                                                     \
-         .help = "effort of the codec, 1 to 9"},                                                             \
+         .help = "effort of the codec, 1 (default) to 9"},                                                   \
+        {"tolerance", .value = "E", .parse = tool_parse_positive, .target = &(b).params.tolerance,           \
+         .help = "zfp: no value is off by more, in physical units"},                                         \
         {"downsample",                                                                                       \
          .value = "HOW",                                                                                     \
          .parse = tool_parse_choice,                                                                         \
@@ -54,6 +56,9 @@ extern const char *const tool_downsample_names[];
         TOOL_OPTION_THREADS(&(b).params.threads), TOOL_OPTION_JSON(&(b).json), TOOL_OPTION_QUIET(&(b).quiet)
 
 void tool_building_init(struct tool_building *building);
+
+/* -1, or the exit code after saying what options do not go together. */
+int tool_building_check(const char *command, const struct tool_building *building);
 
 /* Build path from source with progress; then the summary, notes and JSON. Exit code. */
 int tool_build(const char *command, struct tool_building *building, struct brick_source *source,

@@ -22,6 +22,8 @@ static int print_json(const struct brick_image_difference *difference, const str
     cJSON_AddNumberToObject(json, "max_y", difference->max_y);
     cJSON_AddNumberToObject(json, "max_channel", difference->max_channel);
     cJSON_AddNumberToObject(json, "pixels_differing", (double)difference->pixels_differing);
+    cJSON_AddNumberToObject(json, "covered_only_a", (double)difference->covered_only_a);
+    cJSON_AddNumberToObject(json, "covered_only_b", (double)difference->covered_only_b);
     cJSON_AddNumberToObject(json, "width", image->width);
     cJSON_AddNumberToObject(json, "height", image->height);
     return tool_json_print("compare", json);
@@ -40,6 +42,8 @@ static void print_text(const struct brick_image_difference *difference, const st
         printf("psnr     %.2f dB\n", difference->psnr_db);
     printf("pixels   %llu of %llu differ\n", (unsigned long long)difference->pixels_differing,
            (unsigned long long)image->width * image->height);
+    printf("covered  %llu only in the first, %llu only in the second\n",
+           (unsigned long long)difference->covered_only_a, (unsigned long long)difference->covered_only_b);
 }
 
 static int compare(const char *path_a, const char *path_b, bool json)

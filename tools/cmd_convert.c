@@ -73,6 +73,9 @@ int cmd_convert(int argc, char **argv)
     in.big_endian = endian == 1;
     building.params.round_to_f32 = to_f32;
 
+    if ((code = tool_building_check("convert", &building)) >= 0)
+        return code;
+
     struct brick_source *source = NULL;
     struct brick_error err = {0};
     if (fmt_source_open(&source, argv[first], &in, &err))

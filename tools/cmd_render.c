@@ -15,7 +15,7 @@
 #include "options.h"
 #include "transfer.h"
 
-enum { METHOD_RAYCAST, METHOD_EXACT };
+enum { METHOD_RAYCAST, METHOD_ISOTRACE, METHOD_EXACT };
 
 struct request {
     struct tool_list outputs;
@@ -25,18 +25,43 @@ struct request {
     struct vr_quality quality;
     struct vr_renderer_params renderer;
     struct fmt_image_params image;
-    int mode, method, context;
+    struct tool_list clip;
+    struct tool_reals iso, iso_opacity;
+    struct vr_isotrace_params isotrace;
+    int mode, method, context, field;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
-    bool has_step, has_termination, has_refinements, has_cache, has_context, has_turntable;
-    bool no_skip, json, quiet;
+    bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
+    bool has_opacity, no_skip, json, quiet;
 };
 
-/* Mode and context are in the order of their enums. */
+/* Mode, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
-static const char *const methods[] = {"raycast", "exact", NULL};
+static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
+static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const filters[] = {"exact", NULL};
+
+/* -1, or the exit code of a usage error. */
+static int check_isotrace(const struct request *request)
+{
+    if (request->method != METHOD_ISOTRACE) {
+        if (request->iso.count > 1 || request->has_opacity || request->isotrace.lit ||
+            request->isotrace.shadows)
+            return tool_misuse(
+                "render", "several --iso, --iso-opacity, --light and --shadows go with --method isotrace");
+        return -1;
+    }
+    if (request->mode != BRICK_MODE_ISO)
+        return tool_misuse("render", "--method isotrace renders --mode iso only");
+    if (request->has_opacity && request->iso_opacity.count != request->iso.count)
+        return tool_misuse("render", "--iso-opacity needs as many numbers as --iso");
+    if (request->has_step || request->has_refinements)
+        return tool_misuse("render", "--method isotrace has no --step or --refinements");
+    if (request->has_cache || request->has_context)
+        return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
+    return -1;
+}
 
 /* -1, or the exit code of a usage error. */
 static int check_request(const struct request *request)
@@ -61,14 +86,18 @@ static int check_request(const struct request *request)
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
     if (request->method == METHOD_EXACT) {
-        if (request->mode != BRICK_MODE_DVR)
-            return tool_misuse("render", "--method exact renders --mode dvr only");
-        if (request->has_step || request->has_termination || request->no_skip)
-            return tool_misuse("render", "--method exact has no --step, --termination or --no-skip");
+        if (request->has_step || request->has_termination || request->no_skip || request->has_refinements)
+            return tool_misuse("render",
+                               "--method exact has no --step, --termination, --refinements or --no-skip");
+        if (request->field == VR_FIELD_PRECLASSIFIED && request->mode != BRICK_MODE_DVR &&
+            request->mode != BRICK_MODE_SHADED)
+            return tool_misuse("render", "--field preclassified goes with --mode dvr or shaded");
         if (request->has_cache || request->has_context)
             return tool_misuse("render", "--method exact runs on the CPU, without --gpu-cache and --context");
+    } else if (request->has_field || request->clip.count) {
+        return tool_misuse("render", "--field and --clip go with --method exact");
     }
-    return -1;
+    return check_isotrace(request);
 }
 
 static int place_cameras(const struct request *request, const struct brick_grid *grid,
@@ -91,6 +120,51 @@ static int place_cameras(const struct request *request, const struct brick_grid 
     return BRICK_OK;
 }
 
+/* Surfaces coloured by the transfer function at their values, or else the first as any isosurface and the
+ * others each in a colour of its own. */
+static int trace_surfaces(const struct request *request, struct vr_isotracer *tracer,
+                          const struct vr_scene *scene, struct brick_image *image, struct vr_report *report,
+                          struct brick_error *err)
+{
+    static const double others[][3] = {
+        {0.7, 0.25, 0.15}, {0.2, 0.5, 0.75}, {0.3, 0.65, 0.25}, {0.75, 0.6, 0.15}};
+    struct vr_iso_surface surfaces[TOOL_REALS_MAX];
+    struct vr_isotrace_params params = request->isotrace;
+    double sigma;
+    for (uint32_t k = 0; k < request->iso.count; k++) {
+        surfaces[k].isovalue = request->iso.value[k];
+        surfaces[k].opacity = request->has_opacity ? request->iso_opacity.value[k] : 1.0;
+        memcpy(surfaces[k].rgb, k ? others[(k - 1) % TOOL_COUNT(others)] : scene->iso_rgb,
+               sizeof surfaces[k].rgb);
+        if (scene->transfer)
+            brick_transfer_eval(scene->transfer, surfaces[k].isovalue, surfaces[k].rgb, &sigma);
+    }
+    params.surfaces = surfaces;
+    params.surface_count = request->iso.count;
+    params.skip = !request->no_skip;
+    if (request->has_termination)
+        params.termination = request->quality.termination;
+    return vr_render_isotrace(tracer, scene, &params, image, report, err);
+}
+
+/* -1, or the exit code of a usage error. */
+static int read_clip_planes(const struct tool_list *list, struct vr_scene *scene)
+{
+    static const struct tool_limits any = {0};
+    if (list->count > VR_MAX_CLIP_PLANES)
+        return tool_misuse("render", "--clip may be given %d times", VR_MAX_CLIP_PLANES);
+    for (size_t i = 0; i < list->count; i++) {
+        double plane[4];
+        const char *wrong = tool_parse_plane(list->item[i], plane, &any);
+        if (wrong)
+            return tool_misuse("render", "--clip '%s' %s", list->item[i], wrong);
+        memcpy(scene->clip[i].normal, plane, sizeof scene->clip[i].normal);
+        scene->clip[i].offset_mm = plane[3];
+    }
+    scene->clip_count = (uint32_t)list->count;
+    return -1;
+}
+
 /* "img.exr" for a single picture; "img-0003.exr" in a film. */
 static int frame_path(const char *output, bool film, size_t frame, char *path, size_t size,
                       struct brick_error *err)
@@ -108,7 +182,8 @@ static int frame_path(const char *output, bool film, size_t frame, char *path, s
 struct studio {
     const struct request *request;
     const struct brick_volume *volume;
-    struct vr_renderer *renderer; /* NULL: the exact method */
+    struct vr_renderer *renderer; /* by the method, one of these, or neither: exact keeps nothing warm */
+    struct vr_isotracer *tracer;
     struct vr_scene scene;
     struct brick_image image;
 };
@@ -121,10 +196,13 @@ static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_
     int code;
     if (studio->renderer) {
         code = vr_render(studio->renderer, &studio->scene, &request->quality, &studio->image, report, err);
+    } else if (studio->tracer) {
+        code = trace_surfaces(request, studio->tracer, &studio->scene, &studio->image, report, err);
     } else {
         struct vr_exact_params params = vr_exact_defaults;
         params.host_cache_bytes = request->renderer.host_cache_bytes;
         params.threads = request->renderer.threads;
+        params.field = (enum vr_field)request->field;
         code = vr_render_exact(studio->volume, &studio->scene, &params, &studio->image, report, err);
     }
     for (size_t i = 0; i < request->outputs.count && !code; i++)
@@ -155,11 +233,16 @@ static int make_frames(const struct request *request, const struct brick_volume 
         code = brick_image_init(&studio.image, studio.scene.width, studio.scene.height, err);
     if (!code && request->method == METHOD_RAYCAST)
         code = vr_renderer_create(&studio.renderer, volume, &request->renderer, err);
+    const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
+                                            .threads = request->renderer.threads};
+    if (!code && request->method == METHOD_ISOTRACE)
+        code = vr_isotracer_create(&studio.tracer, volume, &cpu, err);
     for (size_t i = 0; i < cameras->count && !code; i++) {
         studio.scene.camera = cameras->item[i];
         code = make_frame(&studio, film, i, &reports[i], err);
     }
     vr_renderer_destroy(&studio.renderer);
+    vr_isotracer_destroy(&studio.tracer);
     brick_image_finish(&studio.image);
     brick_transfer_destroy(&transfer);
     return code;
@@ -268,6 +351,7 @@ int cmd_render(int argc, char **argv)
         .quality = vr_quality_defaults,
         .renderer = vr_renderer_defaults,
         .image = fmt_image_defaults,
+        .isotrace = vr_isotrace_defaults,
         .up = {0, 0, 1},
     };
     uint32_t size[2] = {512, 512};
@@ -280,15 +364,29 @@ int cmd_render(int argc, char **argv)
          .help = "transfer function: ct-bone, ct-skin, mri, gray (default),\nor a JSON file"},
         {"mode", .value = "MODE", .parse = tool_parse_choice, .target = &r.mode, .limits = {.choices = modes},
          .help = "dvr (default), shaded, iso or mip"},
-        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.scene.isovalue, .given = &r.has_iso,
-         .help = "isovalue, physical"},
+        {"iso", .value = "V[,V...]", .parse = tool_parse_reals, .target = &r.iso, .given = &r.has_iso,
+         .help = "isovalue, physical; isotrace takes up to 16"},
+        {"iso-opacity", .value = "A[,A...]", .parse = tool_parse_reals, .target = &r.iso_opacity,
+         .given = &r.has_opacity, .limits = {.min = 0, .max = 1},
+         .help = "isotrace: opacity of each --iso (default 1)"},
+        {"light", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.isotrace.light,
+         .given = &r.isotrace.lit,
+         .help = "isotrace: direction towards the light, LPS (default:\nat the eye)"},
+        {"shadows", .target = &r.isotrace.shadows,
+         .help = "isotrace: shadows; without --light the light is over\nthe left shoulder"},
         {"size", .value = "WxH", .parse = tool_parse_picture, .target = size,
          .help = "pixels (default 512x512)"},
         {"step", .value = "S", .parse = tool_parse_positive, .target = &r.quality.step_vox,
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help = "raycast (default), or exact: the integral itself,\nright to 1e-10, for dvr, on the CPU"},
+         .help = "raycast (default), isotrace: isosurfaces, ray traced on\nthe CPU, or exact: no step size, "
+                 "right to 1e-10, on the CPU"},
+        {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
+         .limits = {.choices = fields},
+         .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
+        {"clip", .value = "A,B,C,D", .parse = tool_parse_list, .target = &r.clip,
+         .help = "exact: keep A x + B y + C z >= D, in mm; up to 6 times"},
         {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit, .given = &r.has_camera,
          .help = "azimuth and elevation in degrees (default 0,0: from\nthe front)"},
         {"eye", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.eye, .given = &r.has_eye,
@@ -350,10 +448,13 @@ int cmd_render(int argc, char **argv)
     int code = tool_options(&usage, argc, argv, &first);
     if (code < 0)
         code = check_request(&r);
+    if (code < 0)
+        code = read_clip_planes(&r.clip, &r.scene);
     if (code >= 0)
         return code;
     r.scene.width = size[0];
     r.scene.height = size[1];
+    r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
     r.renderer.context = (enum vr_context_kind)r.context;
     return render(&r, argv[first]);

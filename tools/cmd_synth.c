@@ -103,6 +103,8 @@ int cmd_synth(int argc, char **argv)
         known = known || !strcmp(argv[first], fmt_synth_names[i]);
     if (!known)
         return tool_misuse("synth", "unknown field '%s'", argv[first]);
+    if ((code = tool_building_check("synth", &building)) >= 0)
+        return code;
     field.threads = building.params.threads;
 
     struct brick_source *source = NULL;

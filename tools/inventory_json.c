@@ -141,6 +141,7 @@ int inventory_print_json(const struct inventory *inventory, bool bricks)
     cJSON_AddNumberToObject(json, "bricks", (double)grid->bricks);
     cJSON_AddNumberToObject(json, "bricks_constant", (double)inventory->constant);
     cJSON_AddNumberToObject(json, "constant_share", (double)inventory->constant / (double)grid->bricks);
+    cJSON_AddNumberToObject(json, "tolerance", brick_volume_tolerance(inventory->volume));
     cJSON *codecs = cJSON_AddArrayToObject(json, "codecs");
     for (int codec = 0; codec < BRICK_CODEC_COUNT; codec++)
         if (inventory->codec_used[codec])

@@ -80,7 +80,7 @@ static void print_sizes(const struct inventory *inventory)
 static void print_bricks(const struct inventory *inventory)
 {
     const struct brick_grid *grid = brick_volume_grid(inventory->volume);
-    printf("\n%10s %5s %6s %6s %6s %14s %10s %-5s %14s %14s %10s\n", "brick", "level", "x", "y", "z",
+    printf("\n%10s %5s %6s %6s %6s %14s %10s %-14s %14s %14s %10s\n", "brick", "level", "x", "y", "z",
            "offset", "bytes", "codec", "min", "max", "not finite");
     for (uint64_t id = 0; id < grid->bricks; id++) {
         const struct brick_entry *entry = brick_volume_entry(inventory->volume, id);
@@ -88,7 +88,7 @@ static void print_bricks(const struct inventory *inventory)
         double lo = NAN, hi = NAN;
         brick_grid_place(grid, id, &place);
         brick_volume_physical_range(inventory->volume, id, &lo, &hi);
-        printf("%10llu %5u %6llu %6llu %6llu %14llu %10u %-5s %14.7g %14.7g %10u\n", (unsigned long long)id,
+        printf("%10llu %5u %6llu %6llu %6llu %14llu %10u %-14s %14.7g %14.7g %10u\n", (unsigned long long)id,
                place.level, (unsigned long long)place.at[0], (unsigned long long)place.at[1],
                (unsigned long long)place.at[2], (unsigned long long)entry->offset, entry->bytes,
                entry->flags & BRICK_FLAG_CONSTANT ? "const"
@@ -124,7 +124,11 @@ void inventory_print_text(const struct inventory *inventory, bool bricks, bool l
             printf(" %s", brick_codec_name((enum brick_codec)codec));
             any = true;
         }
-    printf("%s\n", any ? "" : " none");
+    printf("%s", any ? "" : " none");
+    double tolerance = brick_volume_tolerance(inventory->volume);
+    if (tolerance > 0)
+        printf(", no value off by more than %.9g", tolerance);
+    putchar('\n');
     const struct brick_active_summary *seen = &inventory->tf_active;
     if (inventory->tf)
         printf("visible     %llu of %llu bricks of level 0 (%.1f%%) with %s\n",

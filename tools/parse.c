@@ -160,6 +160,23 @@ const char *tool_parse_positive(const char *text, void *target, const struct too
     return NULL;
 }
 
+const char *tool_parse_reals(const char *text, void *target, const struct tool_limits *limits)
+{
+    struct tool_reals v = {.count = 0};
+    do {
+        if (v.count == TOOL_REALS_MAX)
+            return "has more than 16 numbers";
+        if (!scan_real(&text, &v.value[v.count]))
+            return "is not one number or several with commas between";
+        if (outside(v.value[v.count++], limits))
+            return "is out of range";
+    } while (scan_char(&text, ','));
+    if (*text)
+        return "is not one number or several with commas between";
+    memcpy(target, &v, sizeof v);
+    return NULL;
+}
+
 const char *tool_parse_pair(const char *text, void *target, const struct tool_limits *limits)
 {
     double v[2];
@@ -189,6 +206,18 @@ const char *tool_parse_spacing(const char *text, void *target, const struct tool
         return "is not three numbers with commas between";
     if (!(v[0] > 0 && v[1] > 0 && v[2] > 0))
         return "is not above 0 on every axis";
+    memcpy(target, v, sizeof v);
+    return NULL;
+}
+
+const char *tool_parse_plane(const char *text, void *target, const struct tool_limits *limits)
+{
+    double v[4];
+    (void)limits;
+    if (!scan_reals(text, v, 4))
+        return "is not four numbers with commas between";
+    if (v[0] == 0 && v[1] == 0 && v[2] == 0)
+        return "has a normal of zero";
     memcpy(target, v, sizeof v);
     return NULL;
 }
@@ -278,7 +307,7 @@ const char *tool_parse_codec(const char *text, void *target, const struct tool_l
     enum brick_codec codec = brick_codec_from_name(text);
     (void)limits;
     if (codec == BRICK_CODEC_COUNT)
-        return "is none of none, lz4 and zstd";
+        return "is none of none, lz4, lz4-bitshuffle, zstd, zstd-delta and zfp";
     *(enum brick_codec *)target = codec;
     return NULL;
 }

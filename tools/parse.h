@@ -19,6 +19,12 @@ struct tool_list {
     size_t count;
 };
 
+#define TOOL_REALS_MAX 16
+struct tool_reals {
+    double value[TOOL_REALS_MAX];
+    uint32_t count;
+};
+
 tool_parse tool_parse_text;     /* const char * */
 tool_parse tool_parse_list;     /* struct tool_list: every use adds an item */
 tool_parse tool_parse_choice;   /* int: the index in limits->choices */
@@ -27,9 +33,11 @@ tool_parse tool_parse_u64;      /* uint64_t */
 tool_parse tool_parse_bytes;    /* uint64_t: digits and K, M, G or T, powers of 1024 */
 tool_parse tool_parse_real;     /* double, finite, limits */
 tool_parse tool_parse_positive; /* double, finite, above 0 */
+tool_parse tool_parse_reals;    /* struct tool_reals: "A,B,...", 1 to TOOL_REALS_MAX, limits for each */
 tool_parse tool_parse_pair;     /* double[2]: "A,B" */
 tool_parse tool_parse_triple;   /* double[3]: "X,Y,Z" */
 tool_parse tool_parse_spacing;  /* double[3], each above 0 */
+tool_parse tool_parse_plane;    /* double[4]: "A,B,C,D", not all of A, B, C zero */
 tool_parse tool_parse_affine;   /* double[12] */
 tool_parse tool_parse_dims;     /* uint64_t[3]: "NXxNYxNZ", each at least 1 */
 tool_parse tool_parse_picture;  /* uint32_t[2]: "WxH" */

@@ -147,6 +147,17 @@ int brick_io_write_at(const struct brick_io *io, uint64_t offset, const void *sr
     return BRICK_OK;
 }
 
+void brick_io_start_writeback(const struct brick_io *io, uint64_t offset, uint64_t n)
+{
+#ifdef SYNC_FILE_RANGE_WRITE
+    (void)sync_file_range(io->fd, (off_t)offset, (off_t)n, SYNC_FILE_RANGE_WRITE);
+#else
+    (void)io;
+    (void)offset;
+    (void)n;
+#endif
+}
+
 int brick_io_sync(const struct brick_io *io, struct brick_error *err)
 {
     if (fsync(io->fd))

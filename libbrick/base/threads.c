@@ -12,6 +12,9 @@
 #include <time.h>
 #include <unistd.h>
 
+/* The default, often 8 MiB, would count as address space where that is limited. */
+#define STACK_BYTES ((size_t)1 << 20)
+
 struct brick_pool {
     unsigned threads, started; /* workers, the caller included; threads really created */
     pthread_t *ids;
@@ -75,6 +78,17 @@ static void *worker_main(void *argument)
     return NULL;
 }
 
+bool brick_thread_start(pthread_t *id, void *(*run)(void *context), void *context)
+{
+    pthread_attr_t attributes;
+    if (pthread_attr_init(&attributes))
+        return false;
+    bool started = pthread_attr_setstacksize(&attributes, STACK_BYTES) == 0 &&
+                   pthread_create(id, &attributes, run, context) == 0;
+    pthread_attr_destroy(&attributes);
+    return started;
+}
+
 int brick_pool_create(struct brick_pool **pool, unsigned threads, struct brick_error *err)
 {
     *pool = NULL;
@@ -98,7 +112,7 @@ int brick_pool_create(struct brick_pool **pool, unsigned threads, struct brick_e
         struct seat *seat = malloc(sizeof *seat);
         if (seat) {
             *seat = (struct seat){p, i};
-            if (pthread_create(&p->ids[i - 1], NULL, worker_main, seat) == 0) {
+            if (brick_thread_start(&p->ids[i - 1], worker_main, seat)) {
                 p->started++;
                 continue;
             }
@@ -179,6 +193,13 @@ uint64_t brick_now_ns(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+uint64_t brick_thread_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 

@@ -1,18 +1,19 @@
-/* The conversion: slices from the source into the pyramid, rows of bricks out of it into the writer. Bricks
- * of a row are encoded in parallel, a batch at a time, and written in order: the file does not depend on the
- * threads. */
+/* The conversion: one thread reads ahead (feed.c), the pool encodes (pyramid.c, encode.c), one thread writes
+ * in order (drain.c). What each may hold is planned beforehand (plan.c). The file does not depend on any of
+ * it. */
 #include <brick/build.h>
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <brick/checked.h>
 #include <brick/threads.h>
 #include <brick/writer.h>
 
 #include "convert.h"
-#include "encode.h"
+#include "drain.h"
+#include "feed.h"
 #include "pyramid.h"
 
 const struct brick_build_params brick_build_defaults = {
@@ -20,156 +21,155 @@ const struct brick_build_params brick_build_defaults = {
     .border = 2,
     .macrocell = 8,
     .codec = BRICK_CODEC_LZ4,
-    .codec_level = 5,
+    .codec_level = 1,
     .memory_bytes = (uint64_t)512 << 20,
 };
-
-enum { BATCH_A_THREAD = 16, STAGING_BYTES = 1 << 20 };
 
 struct builder {
     struct brick_grid grid;
     struct brick_build_params params;
+    struct plan plan;
     struct brick_pool *pool;
     struct brick_writer *writer;
+    struct feed feed;
+    struct drain drain;
     struct pyramid pyramid;
     unsigned threads;
     struct encoder *encoders; /* one a thread */
     struct tally *tallies;    /* one a thread */
-    struct encoded *batch;
-    uint64_t batch_size;
-    void *staging; /* source voxels on their way to f32; NULL when they need no conversion */
-    uint64_t staging_bytes;
-
-    const struct window *window; /* of the row being emitted */
-    uint32_t level;
-    uint64_t first_id;
-
-    struct tally_moments moments;
-    double min, max;
-    uint64_t constant;
+    struct costs *costs;      /* one a thread */
 };
 
-static int encode_item(void *context, uint64_t item, unsigned worker, struct brick_error *err)
+static int encode_one(void *context, const struct window *window, uint64_t id, uint64_t ticket,
+                      unsigned worker, struct brick_error *err)
 {
     struct builder *b = context;
-    return encode_brick(&b->encoders[worker], &b->grid, b->window, b->first_id + item, b->params.codec,
-                        b->params.codec_level, b->level ? NULL : &b->tallies[worker], &b->batch[item], err);
+    uint64_t start = brick_now_ns();
+    struct encoded *out = drain_slot(&b->drain, ticket);
+    b->costs[worker].wait_write_ns += brick_now_ns() - start;
+    if (!out)
+        return drain_flush(&b->drain, ticket, err);
+    int code = encode_brick(&b->encoders[worker], &b->grid, window, id, b->params.codec,
+                            b->params.codec_level, &b->tallies[worker], out, &b->costs[worker], err);
+    if (!code)
+        drain_ready(&b->drain, ticket);
+    return code;
 }
 
-static int emit_row(void *context, uint32_t level, uint64_t bz, const struct window *window,
-                    struct brick_error *err)
-{
-    struct builder *b = context;
-    b->level = level;
-    b->window = window;
-    uint64_t id = brick_grid_id(&b->grid, level, 0, 0, bz),
-             end = id + window->level->bricks[0] * window->level->bricks[1];
-    while (id < end) {
-        uint64_t n = end - id < b->batch_size ? end - id : b->batch_size;
-        b->first_id = id;
-        int code = brick_pool_run(b->pool, n, encode_item, b, err);
-        for (uint64_t i = 0; !code && i < n; i++, id++) {
-            struct encoded *e = &b->batch[i];
-            if (level == 0) {
-                tally_merge_moments(&b->moments, &e->moments);
-                b->min = fmin(b->min, (double)e->entry.min);
-                b->max = fmax(b->max, (double)e->entry.max);
-            }
-            b->constant += e->bytes == 0;
-            code = brick_writer_put(b->writer, id, &e->entry, e->bytes ? e->payload : NULL, e->bytes, err);
-        }
-        if (code)
-            return code;
-    }
-    return BRICK_OK;
-}
-
-static int builder_init(struct builder *b, struct brick_source *source,
-                        const struct brick_build_params *params, uint64_t *memory_bytes,
-                        struct brick_error *err)
+/* Memory first, threads last: a planned conversion that cannot have its memory fails before it has begun. */
+static int builder_init(struct builder *b, struct brick_source *source, const char *path,
+                        const struct brick_build_params *params, struct brick_error *err)
 {
     memset(b, 0, sizeof *b);
     b->params = *params;
-    b->min = INFINITY;
-    b->max = -INFINITY;
+    if (brick_codec_is_lossy(params->codec) != (params->tolerance > 0.0) || isinf(params->tolerance))
+        return brick_fail(err, BRICK_ERR_ARGUMENT,
+                          "codec %s with a tolerance of %g: only zfp takes one, and needs it",
+                          brick_codec_name(params->codec), params->tolerance);
+    b->threads = params->threads ? params->threads : brick_cores();
+    if (b->threads > 256) { /* the pool's limit, before anything is reckoned with it */
+        b->threads = 0;
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "%u threads are more than 256", params->threads);
+    }
     int code = brick_grid_init(&b->grid, convert_stored_type(source->type), &source->geometry, params->edge,
                                params->border, params->macrocell, err);
-    if (code || (code = brick_pool_create(&b->pool, params->threads, err)))
+    if (code || (code = plan_make(&b->plan, &b->grid, source, params, b->threads, err)))
         return code;
-    b->threads = brick_pool_threads(b->pool);
+    const struct kernels *kernels = params->plain ? kernels_plain() : kernels_best();
     size_t payload = brick_codec_bound(params->codec, brick_grid_max_payload_bytes(&b->grid));
-    b->batch_size = (uint64_t)BATCH_A_THREAD * b->threads;
-    uint64_t row = b->grid.level[0].bricks[0] * b->grid.level[0].bricks[1];
-    if (b->batch_size > row)
-        b->batch_size = row;
-    uint64_t need = pyramid_bytes(&b->grid);
-    if (source->type != b->grid.type) {
-        b->staging_bytes = b->grid.dims[0] * b->grid.dims[1] * brick_type_bytes(source->type);
-        if (b->staging_bytes < STAGING_BYTES)
-            b->staging_bytes = STAGING_BYTES;
-    }
-    uint64_t rest = b->batch_size * (payload + sizeof *b->batch) +
-                    b->threads * (encoder_bytes(&b->grid) + 65536 * sizeof(uint64_t)) +
-                    b->grid.bricks * sizeof(struct brick_entry) + b->staging_bytes;
-    if (!brick_add_u64(need, rest, &need) || need > params->memory_bytes)
-        return brick_fail(
-            err, BRICK_ERR_MEMORY,
-            "slabs of %u slices and the index need %llu MiB, more than --memory %llu MiB allows",
-            params->edge + 2 * params->border, (unsigned long long)(need / 1048576 + 1),
-            (unsigned long long)(params->memory_bytes / 1048576));
-    *memory_bytes = need;
     b->encoders = calloc(b->threads, sizeof *b->encoders);
     b->tallies = calloc(b->threads, sizeof *b->tallies);
-    b->batch = calloc(b->batch_size, sizeof *b->batch);
-    b->staging = b->staging_bytes ? malloc(b->staging_bytes) : NULL;
-    if (!b->encoders || !b->tallies || !b->batch || (b->staging_bytes && !b->staging))
+    b->costs = aligned_alloc(_Alignof(struct costs), b->threads * sizeof *b->costs);
+    if (!b->encoders || !b->tallies || !b->costs)
         return brick_fail(err, BRICK_ERR_MEMORY, "out of memory");
+    memset(b->costs, 0, b->threads * sizeof *b->costs);
     for (unsigned t = 0; t < b->threads; t++)
-        if ((code = encoder_init(&b->encoders[t], &b->grid, err)) || (code = tally_init(&b->tallies[t], err)))
+        if ((code = encoder_init(&b->encoders[t], kernels, &b->grid, err)) ||
+            (code = tally_init(&b->tallies[t], err)))
             return code;
-    for (uint64_t i = 0; i < b->batch_size; i++)
-        if (!(b->batch[i].payload = malloc(payload)))
-            return brick_fail(err, BRICK_ERR_MEMORY, "out of memory for a batch of bricks");
-    return pyramid_init(&b->pyramid, &b->grid, b->pool, params->nearest, emit_row, b, err);
+        else if (params->tolerance > 0.0)
+            b->encoders[t].tolerance = brick_codec_tolerance(b->grid.type, b->grid.slope, params->tolerance);
+    b->pyramid = (struct pyramid){.grid = &b->grid,
+                                  .plan = &b->plan,
+                                  .kernels = kernels,
+                                  .nearest = params->nearest,
+                                  .brick = encode_one,
+                                  .context = b,
+                                  .costs = b->costs};
+    if ((code = drain_init(&b->drain, b->plan.slots, payload, err)) ||
+        (code = feed_init(&b->feed, source, &b->grid, &b->plan, params->round_to_f32, err)) ||
+        (code = pyramid_init(&b->pyramid, path, err)) ||
+        (code = brick_writer_create(&b->writer, path, &b->grid, err)) ||
+        (code = brick_pool_create(&b->pool, b->threads, err)) ||
+        (code = drain_start(&b->drain, b->writer, err)) || (code = feed_start(&b->feed, err)))
+        return code;
+    b->pyramid.pool = b->pool;
+    brick_writer_keep(b->writer, b->plan.keep_bytes);
+    return BRICK_OK;
 }
 
 static void builder_finish(struct builder *b)
 {
+    feed_finish(&b->feed);
+    drain_finish(&b->drain);
     pyramid_finish(&b->pyramid);
-    for (uint64_t i = 0; b->batch && i < b->batch_size; i++)
-        free(b->batch[i].payload);
     for (unsigned t = 0; t < b->threads; t++) {
         if (b->encoders)
             encoder_finish(&b->encoders[t]);
         if (b->tallies)
             tally_finish(&b->tallies[t]);
     }
-    free(b->staging);
-    free(b->batch);
     free(b->encoders);
     free(b->tallies);
+    free(b->costs);
     brick_writer_destroy(&b->writer);
     brick_pool_destroy(&b->pool);
 }
 
-/* Slices [z, z + count) to dst, in the stored type. */
-static int read_slices(struct builder *b, struct brick_source *source, uint64_t z, uint64_t count,
-                       unsigned char *dst, struct brick_error *err)
+/* All of level 0, and with it all levels. */
+static int run(struct builder *b, struct brick_error *err)
 {
-    if (!b->staging)
-        return source->read(source, z, count, dst, err);
-    size_t width = brick_type_bytes(source->type);
-    uint64_t slice = source->geometry.dims[0] * source->geometry.dims[1];
-    uint64_t most = b->staging_bytes / (slice * width);
-    for (uint64_t done = 0; done < count;) {
-        uint64_t n = count - done < most ? count - done : most;
-        int code = source->read(source, z + done, n, b->staging, err);
-        if (code || (code = convert_to_f32(source->type, b->staging, (float *)(void *)dst + done * slice,
-                                           n * slice, b->params.round_to_f32, (z + done) * slice, err)))
+    const struct brick_level *level = &b->grid.level[0];
+    for (uint64_t row = 0; row < level->bricks[2]; row++) {
+        struct tile tile = tile_first(&b->grid, b->plan.shape, 0, row);
+        bool more = true;
+        while (more) {
+            struct tile done = tile;
+            const struct window *window;
+            int code = feed_take(&b->feed, &tile, &window, err);
+            if (code || (code = pyramid_tile(&b->pyramid, &tile, window, err)))
+                return code;
+            more = tile_next(&b->grid, b->plan.shape, &tile);
+            feed_release(&b->feed, &done, !more);
+        }
+        int code = pyramid_row_done(&b->pyramid, 0, row, err);
+        if (code)
             return code;
-        done += n;
+        uint64_t z = (row + 1) * b->grid.edge;
+        if (b->params.progress)
+            b->params.progress(b->params.progress_context, z < level->dims[2] ? z : level->dims[2],
+                               level->dims[2]);
     }
-    return BRICK_OK;
+    return drain_flush(&b->drain, b->pyramid.tickets, err);
+}
+
+static void report_costs(const struct builder *b, struct brick_build_report *r)
+{
+    r->memory_bytes = b->plan.memory_bytes;
+    r->threads = b->threads;
+    r->tiled = b->plan.boxes;
+    r->wait_read_ns = b->feed.wait_ns * b->threads;
+    for (unsigned t = 0; t < b->threads; t++) {
+        r->wait_write_ns += b->costs[t].wait_write_ns;
+        for (int s = 0; s < BRICK_STAGES; s++) {
+            r->stage[s].ns += b->costs[t].stage[s].ns;
+            r->stage[s].bytes += b->costs[t].stage[s].bytes;
+        }
+    }
+    r->stage[BRICK_STAGE_READ] = b->feed.cost;
+    r->stage[BRICK_STAGE_WRITE] = b->drain.cost;
+    r->stage[BRICK_STAGE_SPOOL] = b->pyramid.spool_cost;
+    r->spooled_bytes = b->pyramid.spool_cost.bytes / 2; /* written, then read with borders: about twice */
 }
 
 int brick_build(struct brick_source *source, const char *path, const struct brick_build_params *params,
@@ -178,33 +178,59 @@ int brick_build(struct brick_source *source, const char *path, const struct bric
     uint64_t start = brick_now_ns();
     struct builder b;
     struct brick_build_report r = {0};
-    int code = builder_init(&b, source, params, &r.memory_bytes, err);
-    if (code || (code = brick_writer_create(&b.writer, path, &b.grid, err)))
+    int code = builder_init(&b, source, path, params, err);
+    if (code || (code = run(&b, err)))
         goto done;
-    uint64_t nz = b.grid.dims[2];
-    for (uint64_t z = 0; z < nz;) {
-        uint64_t count;
-        void *room = pyramid_room(&b.pyramid, &count);
-        if ((code = read_slices(&b, source, z, count, room, err)) ||
-            (code = pyramid_push(&b.pyramid, count, err)))
-            goto done;
-        z += count;
-        if (params->progress)
-            params->progress(params->progress_context, z, nz);
-    }
-    uint64_t voxels = b.grid.dims[0] * b.grid.dims[1] * nz;
+    uint64_t clock = brick_now_ns(), voxels = b.grid.dims[0] * b.grid.dims[1] * b.grid.dims[2];
     struct brick_stats stats;
-    tally_result(b.tallies, b.threads, b.grid.type, voxels, b.min, b.max, &b.moments, &stats);
-    code = brick_writer_finish(b.writer, &stats, source->provenance ? source->provenance : "",
-                               &r.output_bytes, err);
+    tally_result(b.tallies, b.threads, b.grid.type, voxels, b.drain.min, b.drain.max, &b.drain.moments,
+                 &stats);
+    char codec[96] = "", *provenance = NULL;
+    if (params->tolerance > 0.0)
+        snprintf(codec, sizeof codec, "codec: %s, no value off by more than %.17g\n",
+                 brick_codec_name(params->codec), params->tolerance);
+    if (asprintf(&provenance, "%s%s", source->provenance ? source->provenance : "", codec) < 0) {
+        code = brick_fail(err, BRICK_ERR_MEMORY, "out of memory");
+        goto done;
+    }
+    brick_writer_set_tolerance(b.writer, params->tolerance);
+    code = brick_writer_finish(b.writer, &stats, provenance, &r.output_bytes, err);
+    free(provenance);
+    report_costs(&b, &r);
+    uint64_t now = brick_now_ns();
+    r.stage[BRICK_STAGE_FINISH] = (struct brick_build_cost){now - clock, r.output_bytes};
     r.input_bytes = voxels * brick_type_bytes(source->type);
     r.bricks = b.grid.bricks;
-    r.bricks_constant = b.constant;
+    r.bricks_constant = b.drain.constant;
     r.converted = source->type != b.grid.type;
-    r.seconds = (double)(brick_now_ns() - start) * 1e-9;
+    r.seconds = (double)(now - start) * 1e-9;
     if (report)
         *report = r;
 done:
     builder_finish(&b);
     return code;
+}
+
+const char *brick_build_stage_name(enum brick_build_stage stage)
+{
+    static const char *const names[BRICK_STAGES] = {"read",       "gather", "ranges", "count", "compress",
+                                                    "downsample", "spool",  "write",  "finish"};
+    return (unsigned)stage < BRICK_STAGES ? names[stage] : NULL;
+}
+
+enum brick_build_stage brick_build_limit(const struct brick_build_report *r)
+{
+    enum brick_build_stage busiest = BRICK_STAGE_GATHER;
+    uint64_t worked = 0;
+    for (int s = BRICK_STAGE_GATHER; s <= BRICK_STAGE_SPOOL; s++) {
+        worked += r->stage[s].ns;
+        if (r->stage[s].ns > r->stage[busiest].ns)
+            busiest = (enum brick_build_stage)s;
+    }
+    uint64_t finish = r->stage[BRICK_STAGE_FINISH].ns * r->threads;
+    if (r->wait_read_ns > worked && r->wait_read_ns >= r->wait_write_ns && r->wait_read_ns >= finish)
+        return BRICK_STAGE_READ;
+    if (r->wait_write_ns > worked && r->wait_write_ns >= finish)
+        return BRICK_STAGE_WRITE;
+    return finish > worked ? BRICK_STAGE_FINISH : busiest;
 }

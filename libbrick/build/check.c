@@ -10,6 +10,7 @@
 #include <brick/threads.h>
 
 #include "encode.h"
+#include "lossy.h"
 
 enum { BATCH_A_THREAD = 32 };
 
@@ -29,6 +30,8 @@ struct checker {
     uint64_t first_id;
     struct slabs *slabs; /* of one level's bricks */
     uint64_t slabs_first;
+    double tolerance;          /* in stored values; 0: lossless */
+    unsigned char **neighbour; /* lossy: one a thread, a decoded brick */
 };
 
 static int contradiction(const struct checker *c, uint64_t id, const struct brick_place *p, const char *what,
@@ -87,7 +90,8 @@ static bool edge_repeats(const struct checker *c, const struct brick_place *p, c
             const unsigned char *core = voxels + ((size_t)cz * p->stored[1] + cy) * p->stored[0] * width;
             for (uint32_t x = 0; x < p->stored[0]; x++) {
                 uint32_t cx = x < lo[0] ? lo[0] : x > hi[0] ? hi[0] : x;
-                if (memcmp(row + x * width, core + cx * width, width) != 0)
+                if (memcmp(row + x * width, core + cx * width, width) != 0 &&
+                    !lossy_agree(c->grid->type, row + x * width, core + cx * width, 1, c->tolerance))
                     return false;
             }
         }
@@ -132,6 +136,39 @@ static const char *ranges_wrong(const struct checker *c, uint64_t id, const stru
                : "its range in the index is not its macrocells'";
 }
 
+/* A lossy file's neighbours hold slightly different voxels, so hashes will not do: compare with each of the
+ * next bricks. */
+static int check_overlaps(const struct checker *c, uint64_t id, const struct brick_place *p, unsigned worker,
+                          struct brick_error *err)
+{
+    const struct brick_level *level = &c->grid->level[p->level];
+    const uint64_t stride[3] = {1, level->bricks[0], level->bricks[0] * level->bricks[1]};
+    size_t width = brick_type_bytes(c->grid->type);
+    uint32_t thick = 2 * c->grid->border;
+    for (int a = 0; a < 3; a++) {
+        if (p->at[a] + 1 == level->bricks[a])
+            continue;
+        struct brick_place next;
+        brick_grid_place(c->grid, id + stride[a], &next);
+        int code = brick_volume_read(c->volume, id + stride[a], c->neighbour[worker], &c->read[worker], err);
+        if (code)
+            return code;
+        uint32_t n[3] = {p->stored[0], p->stored[1], p->stored[2]}, skip[3] = {0, 0, 0};
+        skip[a] = p->stored[a] - thick;
+        n[a] = thick;
+        for (uint32_t z = 0; z < n[2]; z++)
+            for (uint32_t y = 0; y < n[1]; y++) {
+                size_t mine = ((size_t)(z + skip[2]) * p->stored[1] + y + skip[1]) * p->stored[0] + skip[0],
+                       its = ((size_t)z * next.stored[1] + y) * next.stored[0];
+                if (!lossy_agree(c->grid->type, c->scratch[worker].payload + mine * width,
+                                 c->neighbour[worker] + its * width, n[0], c->tolerance))
+                    return contradiction(
+                        c, id, p, "it disagrees with its neighbour by more than the file's tolerance", err);
+            }
+    }
+    return BRICK_OK;
+}
+
 static int check_item(void *context, uint64_t item, unsigned worker, struct brick_error *err)
 {
     struct checker *c = context;
@@ -148,12 +185,15 @@ static int check_item(void *context, uint64_t item, unsigned worker, struct bric
     if (!edge_repeats(c, &p, voxels))
         return contradiction(c, id, &p, "its border does not repeat the volume's edge", err);
     struct slabs *slabs = &c->slabs[id - c->slabs_first];
-    for (int a = 0; a < 3; a++) {
+    if (c->tolerance > 0.0 && (code = check_overlaps(c, id, &p, worker, err)))
+        return code;
+    for (int a = 0; c->tolerance == 0.0 && a < 3; a++) {
         slabs->low[a] = hash_slab(c, &p, voxels, a, false, c->slab[worker]);
         slabs->high[a] = hash_slab(c, &p, voxels, a, true, c->slab[worker]);
     }
     if (p.level == 0) {
-        uint32_t nonfinite = tally_brick(&c->tallies[worker], c->grid, &p, voxels, &c->batch_moments[item]);
+        uint32_t nonfinite = tally_brick(&c->tallies[worker], c->scratch[worker].kernels, c->grid, &p, voxels,
+                                         c->macrocells[worker], &c->batch_moments[item]);
         if (nonfinite != brick_volume_entry(c->volume, id)->nonfinite)
             return contradiction(c, id, &p, "its count of NaN and Inf is not that of its voxels", err);
     }
@@ -170,7 +210,7 @@ static int check_neighbours(const struct checker *c, uint32_t l, struct brick_er
         struct brick_place p;
         brick_grid_place(c->grid, id, &p);
         for (int a = 0; a < 3; a++)
-            if (p.at[a] + 1 < level->bricks[a] &&
+            if (c->tolerance == 0.0 && p.at[a] + 1 < level->bricks[a] &&
                 c->slabs[id - c->slabs_first].high[a] != c->slabs[id + stride[a] - c->slabs_first].low[a])
                 return contradiction(c, id, &p,
                                      "it disagrees with its neighbour about the voxels that both hold", err);
@@ -223,22 +263,27 @@ static int checker_init(struct checker *c, const struct brick_volume *volume, un
     const struct brick_grid *grid = brick_volume_grid(volume);
     const uint64_t *n = grid->level[0].bricks;
     *c = (struct checker){.volume = volume, .grid = grid};
+    if (brick_volume_tolerance(volume) > 0.0)
+        c->tolerance = brick_codec_tolerance(grid->type, grid->slope, brick_volume_tolerance(volume));
     size_t side = grid->edge + 2 * grid->border, payload = brick_grid_max_payload_bytes(grid);
     c->scratch = calloc(threads, sizeof *c->scratch);
     c->read = calloc(threads, sizeof *c->read);
     c->tallies = calloc(threads, sizeof *c->tallies);
     c->slab = calloc(threads, sizeof *c->slab);
     c->macrocells = calloc(threads, sizeof *c->macrocells);
+    c->neighbour = calloc(threads, sizeof *c->neighbour);
     c->batch_moments = calloc((size_t)BATCH_A_THREAD * threads, sizeof *c->batch_moments);
     c->slabs = calloc(n[0] * n[1] * n[2], sizeof *c->slabs);
-    bool ok = c->scratch && c->read && c->tallies && c->slab && c->macrocells && c->batch_moments && c->slabs;
+    bool ok = c->scratch && c->read && c->tallies && c->slab && c->macrocells && c->neighbour &&
+              c->batch_moments && c->slabs;
     for (unsigned t = 0; ok && t < threads; t++) {
-        int code = encoder_init(&c->scratch[t], grid, err);
+        int code = encoder_init(&c->scratch[t], kernels_best(), grid, err);
         if (code || (code = tally_init(&c->tallies[t], err)))
             return code;
         c->slab[t] = malloc(side * side * 2 * grid->border * brick_type_bytes(grid->type));
         c->macrocells[t] = malloc(payload);
-        ok = c->slab[t] && c->macrocells[t];
+        c->neighbour[t] = c->tolerance > 0.0 ? malloc(payload) : NULL;
+        ok = c->slab[t] && c->macrocells[t] && (c->neighbour[t] || c->tolerance == 0.0);
     }
     return ok ? BRICK_OK : brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", brick_volume_path(volume));
 }
@@ -256,12 +301,15 @@ static void checker_finish(struct checker *c, unsigned threads)
             free(c->slab[t]);
         if (c->macrocells)
             free(c->macrocells[t]);
+        if (c->neighbour)
+            free(c->neighbour[t]);
     }
     free(c->scratch);
     free(c->read);
     free(c->tallies);
     free(c->slab);
     free(c->macrocells);
+    free(c->neighbour);
     free(c->batch_moments);
     free(c->slabs);
 }

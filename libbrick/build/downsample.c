@@ -4,100 +4,81 @@
  * coarse voxel. */
 #include "downsample.h"
 
-#include <math.h>
+#include <string.h>
 
-/* Sum of eight integers / 8, rounded half to even. */
-static int32_t eighth(int32_t sum)
-{
-    int32_t q = sum >> 3, r = sum & 7; /* floor and remainder, for negative sums too */
-    return q + (r > 4 || (r == 4 && (q & 1)));
-}
+enum { PAIRS = 64 };
 
-/* Mean of the finite ones among eight, rounded once; NaN when none is. */
-static float mean_finite(const float v[8])
+/* Four rows in which every one of n voxels is its own partner. */
+static void pair_with_itself(const void *const rows[4], size_t width, size_t n,
+                             unsigned char pairs[4][2 * PAIRS * 4], const void *out[4])
 {
-    double sum = 0.0;
-    int n = 0;
-    for (int i = 0; i < 8; i++)
-        if (isfinite(v[i])) {
-            sum += (double)v[i];
-            n++;
+    for (int r = 0; r < 4; r++) {
+        const unsigned char *row = (const unsigned char *)rows[r];
+        for (size_t i = 0; i < n; i++) {
+            memcpy(pairs[r] + 2 * i * width, row + i * width, width);
+            memcpy(pairs[r] + (2 * i + 1) * width, row + i * width, width);
         }
-    return n ? (float)(sum / n) : NAN;
+        out[r] = pairs[r];
+    }
 }
 
-#define SUM8(r, i, j) ((int32_t)r[0][i] + r[0][j] + r[1][i] + r[1][j] + r[2][i] + r[2][j] + r[3][i] + r[3][j])
+static void advance(const void *rows[4], size_t bytes)
+{
+    for (int r = 0; r < 4; r++)
+        rows[r] = (const unsigned char *)rows[r] + bytes;
+}
 
-#define T             uint8_t
-#define NAME(f)       f##_u8
-#define USABLE(v)     true
-#define LOWEST        0
-#define HIGHEST       UINT8_MAX
-#define MEAN(r, i, j) (uint8_t) eighth(SUM8(r, i, j))
-#include "downsample_typed.h"
-#define T             int8_t
-#define NAME(f)       f##_i8
-#define USABLE(v)     true
-#define LOWEST        INT8_MIN
-#define HIGHEST       INT8_MAX
-#define MEAN(r, i, j) (int8_t) eighth(SUM8(r, i, j))
-#include "downsample_typed.h"
-#define T             uint16_t
-#define NAME(f)       f##_u16
-#define USABLE(v)     true
-#define LOWEST        0
-#define HIGHEST       UINT16_MAX
-#define MEAN(r, i, j) (uint16_t) eighth(SUM8(r, i, j))
-#include "downsample_typed.h"
-#define T             int16_t
-#define NAME(f)       f##_i16
-#define USABLE(v)     true
-#define LOWEST        INT16_MIN
-#define HIGHEST       INT16_MAX
-#define MEAN(r, i, j) (int16_t) eighth(SUM8(r, i, j))
-#include "downsample_typed.h"
-#define T         float
-#define NAME(f)   f##_f32
-#define USABLE(v) isfinite(v)
-#define LOWEST    (-INFINITY)
-#define HIGHEST   INFINITY
-#define MEAN(r, i, j)                                                                                        \
-    mean_finite((const float[8]){r[0][i], r[0][j], r[1][i], r[1][j], r[2][i], r[2][j], r[3][i], r[3][j]})
-#include "downsample_typed.h"
-
-void downsample_row(const struct window *fine, const struct window *coarse, const bool halved[3],
-                    enum brick_type type, bool nearest, uint64_t y, uint64_t z)
+void downsample_row(const struct kernels *k, const struct window *fine, const struct window *coarse,
+                    const bool halved[3], enum brick_type type, bool nearest, uint64_t x, uint64_t left,
+                    uint64_t y, uint64_t z)
 {
     size_t width = brick_type_bytes(type);
-    const uint64_t *n = fine->level->dims;
-    uint64_t at[2] = {y, z}, first[2], second[2];
-    for (int a = 0; a < 2; a++) {
-        first[a] = halved[a + 1] ? 2 * at[a] : at[a];
-        second[a] = halved[a + 1] && first[a] + 1 < n[a + 1] ? first[a] + 1 : first[a];
+    const uint64_t *n = fine->level->dims, at[3] = {x, y, z};
+    uint64_t first[3], second[3];
+    for (int a = 0; a < 3; a++) {
+        first[a] = halved[a] ? 2 * at[a] : at[a];
+        second[a] = halved[a] && first[a] + 1 < n[a] ? first[a] + 1 : first[a];
     }
-    const void *rows[3][4];
+    const void *rows[3][4]; /* voxels, min, max of the coarse row's first voxel */
     const unsigned char *arrays[3] = {fine->voxels, fine->min, fine->max};
-    for (int k = 0; k < 3; k++)
-        for (int r = 0; r < 4; r++) {
-            uint64_t sy = r & 1 ? second[0] : first[0], sz = r & 2 ? second[1] : first[1];
-            rows[k][r] = arrays[k] + window_slot(fine, sz) + sy * n[0] * width;
-        }
-    size_t to = window_slot(coarse, z) + y * coarse->level->dims[0] * width;
-    void *out = coarse->voxels + to, *min = coarse->min + to, *max = coarse->max + to;
-    uint64_t coarse_n = coarse->level->dims[0];
-    switch (type) {
-#define CASE(TYPE, T, SUFFIX)                                                                                \
-    case TYPE:                                                                                               \
-        row_##SUFFIX((const T *const *)rows[0], (const T *const *)rows[1], (const T *const *)rows[2], n[0],  \
-                     coarse_n, halved[0], nearest, out, min, max);                                           \
-        break;
-        CASE(BRICK_U8, uint8_t, u8)
-        CASE(BRICK_I8, int8_t, i8)
-        CASE(BRICK_U16, uint16_t, u16)
-        CASE(BRICK_I16, int16_t, i16)
-        CASE(BRICK_F32, float, f32)
-#undef CASE
-    default:
-        break;
+    for (int i = 0; i < 3; i++)
+        for (int r = 0; r < 4; r++)
+            rows[i][r] = arrays[i] + window_at(fine, first[0], r & 1 ? second[1] : first[1],
+                                               r & 2 ? second[2] : first[2]);
+    size_t to = window_at(coarse, x, y, z);
+    unsigned char *out = coarse->voxels + to, *min = coarse->min + to, *max = coarse->max + to;
+    if (nearest)
+        for (uint64_t i = 0; i < left; i++)
+            memcpy(out + i * width, (const unsigned char *)rows[0][0] + (halved[0] ? 2 * i : i) * width,
+                   width);
+    if (halved[0]) {
+        uint64_t whole = (n[0] - first[0]) / 2;
+        if (whole > left)
+            whole = left;
+        if (!nearest)
+            k->mean_pairs[type](out, rows[0], whole);
+        k->range_pairs[type](min, max, rows[1], rows[2], whole);
+        left -= whole;
+        out += whole * width;
+        min += whole * width;
+        max += whole * width;
+        for (int i = 0; i < 3; i++)
+            advance(rows[i], 2 * whole * width);
+    }
+    while (left) {
+        size_t some = left < PAIRS ? (size_t)left : PAIRS;
+        unsigned char pairs[3][4][2 * PAIRS * 4];
+        const void *paired[3][4];
+        for (int i = 0; i < 3; i++)
+            pair_with_itself(rows[i], width, some, pairs[i], paired[i]);
+        if (!nearest)
+            k->mean_pairs[type](out, paired[0], some);
+        k->range_pairs[type](min, max, paired[1], paired[2], some);
+        left -= some;
+        out += some * width;
+        min += some * width;
+        max += some * width;
+        for (int i = 0; i < 3; i++)
+            advance(rows[i], some * width);
     }
 }

@@ -2,12 +2,13 @@
 #ifndef BRICK_BUILD_DOWNSAMPLE_H
 #define BRICK_BUILD_DOWNSAMPLE_H
 
+#include "kernels.h"
 #include "window.h"
 
-/* Compute row y of slice z of `coarse` (voxels, min, max) from `fine`, whose slices 2z and 2z+1 (or z, when
- * the z axis is not halved) are in its window. halved: which axes. nearest: take voxel 2i instead of the
- * mean. */
-void downsample_row(const struct window *fine, const struct window *coarse, const bool halved[3],
-                    enum brick_type type, bool nearest, uint64_t y, uint64_t z);
+/* Compute voxels [x, x + n) of row y of slice z of `coarse` (voxels, min, max) from `fine`, which holds the
+ * voxels below them. halved: which axes. nearest: take voxel 2i instead of the mean. */
+void downsample_row(const struct kernels *kernels, const struct window *fine, const struct window *coarse,
+                    const bool halved[3], enum brick_type type, bool nearest, uint64_t x, uint64_t n,
+                    uint64_t y, uint64_t z);
 
 #endif

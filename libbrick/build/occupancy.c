@@ -9,10 +9,14 @@
 static bool all_finite(const float *lo, size_t sx, size_t sy, const uint32_t core[3])
 {
     for (uint32_t z = 0; z <= core[2]; z++)
-        for (uint32_t y = 0; y <= core[1]; y++)
+        for (uint32_t y = 0; y <= core[1]; y++) {
+            const float *row = lo + (z * sy + y) * sx;
+            int bad = 0; /* no early way out: whole rows vectorise */
             for (uint32_t x = 0; x <= core[0]; x++)
-                if (!isfinite(lo[(z * sy + y) * sx + x]))
-                    return false;
+                bad |= !isfinite(row[x]);
+            if (bad)
+                return false;
+        }
     return true;
 }
 

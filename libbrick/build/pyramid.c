@@ -1,145 +1,198 @@
-/* Every level holds edge + 2 border slices, just what a row of bricks needs; each arriving slice may complete
- * a row (emitted at once) and a slice of the next level (computed at once, recursively). So memory is that of
- * a few slices a level, every voxel is touched once, and the order of emissions depends on the sizes alone.
- */
+/* Invariants: a level's store (ring of slices in memory, or spool) holds every slice that its next row of
+ * bricks needs and that has been made; rows are encoded as soon as they are complete, so the order of bricks
+ * depends on the sizes alone; a tile's bricks and the next level's voxels under it are made in one go, all
+ * workers on both. */
 #include "pyramid.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include <brick/checked.h>
-
 #include "downsample.h"
 
-static uint64_t window_capacity(const struct brick_grid *grid, uint32_t level)
+enum { ITEM_BYTES = 64 << 10 }; /* of input to one item of downsampling */
+
+static int allocate(struct window *w, uint64_t bytes, struct brick_error *err)
 {
-    uint64_t slices = (uint64_t)grid->edge + 2 * grid->border, n = grid->level[level].dims[2];
-    return slices < n ? slices : n;
+    w->voxels = malloc(bytes);
+    w->min = malloc(bytes);
+    w->max = malloc(bytes);
+    return w->voxels && w->min && w->max
+               ? BRICK_OK
+               : brick_fail(err, BRICK_ERR_MEMORY, "out of memory for slabs of %llu bytes",
+                            (unsigned long long)bytes);
 }
 
-static uint64_t slice_bytes(const struct brick_grid *grid, uint32_t level)
+static void release(struct window *w)
 {
-    return grid->level[level].dims[0] * grid->level[level].dims[1] * brick_type_bytes(grid->type);
+    free(w->voxels);
+    free(w->min);
+    free(w->max);
 }
 
-uint64_t pyramid_bytes(const struct brick_grid *grid)
+int pyramid_init(struct pyramid *p, const char *path, struct brick_error *err)
 {
-    uint64_t sum = 0, part;
-    for (uint32_t l = 0; l < grid->levels; l++)
-        if (!brick_mul3_u64(slice_bytes(grid, l), window_capacity(grid, l), l ? 3 : 1, &part) ||
-            !brick_add_u64(sum, part, &sum))
-            return UINT64_MAX;
-    return sum;
-}
-
-int pyramid_init(struct pyramid *p, const struct brick_grid *grid, struct brick_pool *pool, bool nearest,
-                 pyramid_emit *emit, void *context, struct brick_error *err)
-{
-    memset(p, 0, sizeof *p);
-    p->grid = grid;
-    p->pool = pool;
-    p->nearest = nearest;
-    p->emit = emit;
-    p->context = context;
-    for (uint32_t l = 0; l < grid->levels; l++) {
-        struct window *w = &p->window[l];
-        w->level = &grid->level[l];
-        w->slice_bytes = (size_t)slice_bytes(grid, l);
-        w->capacity = window_capacity(grid, l);
-        size_t bytes = w->slice_bytes * w->capacity;
-        w->voxels = malloc(bytes);
-        w->min = l ? malloc(bytes) : w->voxels;
-        w->max = l ? malloc(bytes) : w->voxels;
-        if (!w->voxels || !w->min || !w->max) {
-            pyramid_finish(p);
-            return brick_fail(err, BRICK_ERR_MEMORY, "out of memory for slabs of %llu bytes",
-                              (unsigned long long)pyramid_bytes(grid));
+    size_t width = brick_type_bytes(p->grid->type);
+    int code = BRICK_OK;
+    for (uint32_t l = 0; l < BRICK_MAX_LEVELS; l++)
+        p->spool[l].io = (struct brick_io)BRICK_IO_CLOSED;
+    for (uint32_t l = 1; !code && l < p->grid->levels; l++) {
+        const struct brick_level *level = &p->grid->level[l];
+        uint64_t slices = plan_coarse_slices(p->grid, l);
+        if (l < p->plan->first_in_memory) {
+            code = spool_init(&p->spool[l], path, level, slices, width, err);
+            continue;
         }
+        struct window *w = &p->window[l];
+        *w = (struct window){
+            .level = level, .size = {level->dims[0], level->dims[1]}, .capacity = slices, .width = width};
+        code = allocate(w, window_slice_bytes(w) * slices, err);
     }
-    return BRICK_OK;
+    p->in.width = p->out.width = width;
+    if (!code && p->plan->in_bytes)
+        code = allocate(&p->in, p->plan->in_bytes, err);
+    if (!code && p->plan->out_bytes)
+        code = allocate(&p->out, p->plan->out_bytes, err);
+    return code;
 }
 
 void pyramid_finish(struct pyramid *p)
 {
-    for (uint32_t l = 0; l < BRICK_MAX_LEVELS; l++) {
-        free(p->window[l].voxels);
-        if (l) {
-            free(p->window[l].min);
-            free(p->window[l].max);
-        }
+    for (uint32_t l = 1; p->grid && l < p->grid->levels; l++) {
+        release(&p->window[l]);
+        spool_finish(&p->spool[l]);
     }
-    memset(p->window, 0, sizeof p->window);
+    release(&p->in);
+    release(&p->out);
+    memset(p, 0, sizeof *p);
 }
 
-/* Slices that row `row` needs: [0, row_end). */
-static uint64_t row_end(const struct pyramid *p, const struct window *w, uint64_t row)
+static void cover(struct window *w, const struct brick_level *level, const struct box *box)
 {
-    uint64_t end = (row + 1) * p->grid->edge + p->grid->border;
-    return end < w->level->dims[2] ? end : w->level->dims[2];
+    w->level = level;
+    w->capacity = box->hi[2] - box->lo[2];
+    for (int a = 0; a < 2; a++) {
+        w->lo[a] = box->lo[a];
+        w->size[a] = box->hi[a] - box->lo[a];
+    }
 }
 
-void *pyramid_room(struct pyramid *p, uint64_t *count)
-{
-    struct window *w = &p->window[0];
-    uint64_t n = row_end(p, w, w->next_row) - w->filled, unwrapped = w->capacity - w->filled % w->capacity;
-    *count = n < unwrapped ? n : unwrapped;
-    return w->voxels + window_slot(w, w->filled);
-}
-
-struct downsample_job {
+struct tile_job {
+    struct pyramid *p;
     const struct window *fine, *coarse;
-    enum brick_type type;
-    bool halved[3], nearest;
-    uint64_t z, rows_a_item;
+    struct box box; /* of coarse voxels */
+    bool halved[3];
+    uint64_t first_brick, bricks, first_ticket;
+    uint64_t lines; /* of an item of downsampling */
 };
 
-static int downsample_item(void *context, uint64_t item, unsigned worker, struct brick_error *err)
+/* Lines [item * lines, (item + 1) * lines) of the box, counted through all its slices. */
+static void downsample_item(const struct tile_job *j, uint64_t item, struct costs *costs)
 {
-    (void)worker;
-    (void)err;
-    const struct downsample_job *j = context;
-    uint64_t end = (item + 1) * j->rows_a_item;
-    if (end > j->coarse->level->dims[1])
-        end = j->coarse->level->dims[1];
-    for (uint64_t y = item * j->rows_a_item; y < end; y++)
-        downsample_row(j->fine, j->coarse, j->halved, j->type, j->nearest, y, j->z);
+    uint64_t clock = brick_thread_ns(), n = j->box.hi[0] - j->box.lo[0], ny = j->box.hi[1] - j->box.lo[1];
+    uint64_t line = item * j->lines, end = line + j->lines, all = ny * (j->box.hi[2] - j->box.lo[2]);
+    uint64_t below = j->fine->width << (j->halved[0] + j->halved[1] + j->halved[2]);
+    if (end > all)
+        end = all;
+    costs->stage[BRICK_STAGE_DOWNSAMPLE].bytes += n * (end - line) * below;
+    for (; line < end; line++)
+        downsample_row(j->p->kernels, j->fine, j->coarse, j->halved, j->p->grid->type, j->p->nearest,
+                       j->box.lo[0], n, j->box.lo[1] + line % ny, j->box.lo[2] + line / ny);
+    costs_add(costs, BRICK_STAGE_DOWNSAMPLE, &clock, 0);
+}
+
+static int tile_item(void *context, uint64_t item, unsigned worker, struct brick_error *err)
+{
+    const struct tile_job *j = context;
+    if (item < j->bricks)
+        return j->p->brick(j->p->context, j->fine, j->first_brick + item, j->first_ticket + item, worker,
+                           err);
+    downsample_item(j, item - j->bricks, &j->p->costs[worker]);
     return BRICK_OK;
 }
 
-static int advance(struct pyramid *p, uint32_t l, struct brick_error *err)
+static void charge_spool(struct pyramid *p, const struct box *box, uint64_t start)
 {
-    struct window *w = &p->window[l];
-    while (w->next_row < w->level->bricks[2] && w->filled >= row_end(p, w, w->next_row)) {
-        int code = p->emit(p->context, l, w->next_row, w, err);
-        if (code)
-            return code;
-        w->next_row++;
-    }
-    if (l + 1 == p->grid->levels)
-        return BRICK_OK;
-    struct window *coarse = &p->window[l + 1];
-    struct downsample_job job = {.fine = w, .coarse = coarse, .type = p->grid->type, .nearest = p->nearest};
+    uint64_t voxels = 1;
     for (int a = 0; a < 3; a++)
-        job.halved[a] = coarse->level->scale[a] > w->level->scale[a];
-    /* Items of about 64 KiB of input, so that a slice is worth sharing out. */
-    job.rows_a_item = 1 + 16384 / (w->level->dims[0] * brick_type_bytes(p->grid->type));
-    for (;;) {
-        job.z = coarse->filled;
-        uint64_t needs = job.halved[2] ? 2 * job.z + 2 : job.z + 1;
-        if (needs > w->level->dims[2])
-            needs = w->level->dims[2];
-        if (job.z == coarse->level->dims[2] || w->filled < needs)
-            return BRICK_OK;
-        uint64_t items = (coarse->level->dims[1] + job.rows_a_item - 1) / job.rows_a_item;
-        int code = brick_pool_run(p->pool, items, downsample_item, &job, err);
-        coarse->filled++;
-        if (code || (code = advance(p, l + 1, err)))
-            return code;
-    }
+        voxels *= box->hi[a] - box->lo[a];
+    p->spool_cost.ns += (brick_now_ns() - start) * brick_pool_threads(p->pool);
+    p->spool_cost.bytes += 3 * voxels * p->in.width;
 }
 
-int pyramid_push(struct pyramid *p, uint64_t count, struct brick_error *err)
+int pyramid_tile(struct pyramid *p, const struct tile *tile, const struct window *window,
+                 struct brick_error *err)
 {
-    p->window[0].filled += count;
-    return advance(p, 0, err);
+    uint32_t next = tile->level + 1;
+    bool coarser = next < p->grid->levels, spooled = coarser && next < p->plan->first_in_memory;
+    struct tile_job j = {.p = p,
+                         .fine = window,
+                         .first_brick = tile_first_brick(p->grid, tile),
+                         .bricks = tile_bricks(tile),
+                         .first_ticket = p->tickets};
+    uint64_t items = j.bricks;
+    p->tickets += j.bricks;
+    if (coarser) {
+        j.box = tile_coarse(p->grid, tile, j.halved);
+        j.coarse = spooled ? &p->out : &p->window[next];
+        if (spooled)
+            cover(&p->out, &p->grid->level[next], &j.box);
+        uint64_t lines = (j.box.hi[1] - j.box.lo[1]) * (j.box.hi[2] - j.box.lo[2]);
+        j.lines = 1 + ITEM_BYTES / 8 / ((j.box.hi[0] - j.box.lo[0]) * window->width);
+        if (lines <= j.lines)
+            downsample_item(&j, 0, &p->costs[0]); /* less work than waking a worker */
+        else
+            items += (lines + j.lines - 1) / j.lines;
+    }
+    int code = brick_pool_run(p->pool, items, tile_item, &j, err);
+    if (code || !spooled)
+        return code;
+    uint64_t start = brick_now_ns();
+    code = spool_write(&p->spool[next], p->pool, &p->out, &j.box, err);
+    charge_spool(p, &j.box, start);
+    return code;
+}
+
+/* Slices that row `row` needs: [0, row_end). */
+static uint64_t row_end(const struct pyramid *p, uint32_t l, uint64_t row)
+{
+    uint64_t end = (row + 1) * p->grid->edge + p->grid->border, n = p->grid->level[l].dims[2];
+    return end < n ? end : n;
+}
+
+static int encode_row(struct pyramid *p, uint32_t l, struct brick_error *err)
+{
+    struct tile tile = tile_first(p->grid, p->plan->shape, l, p->next_row[l]);
+    bool spooled = l < p->plan->first_in_memory;
+    int code = BRICK_OK;
+    do {
+        const struct window *w = spooled ? &p->in : &p->window[l];
+        if (spooled) {
+            struct box box = tile_stored(p->grid, &tile);
+            uint64_t start = brick_now_ns();
+            cover(&p->in, &p->grid->level[l], &box);
+            code = spool_read(&p->spool[l], p->pool, &p->in, &box, err);
+            charge_spool(p, &box, start);
+        }
+        if (!code)
+            code = pyramid_tile(p, &tile, w, err);
+    } while (!code && tile_next(p->grid, p->plan->shape, &tile));
+    return code;
+}
+
+int pyramid_row_done(struct pyramid *p, uint32_t l, uint64_t row, struct brick_error *err)
+{
+    if (l + 1 == p->grid->levels)
+        return BRICK_OK;
+    bool halved[3];
+    struct tile tile = tile_first(p->grid, p->plan->shape, l, row);
+    uint32_t next = l + 1;
+    p->filled[next] = tile_coarse(p->grid, &tile, halved).hi[2];
+    int code = BRICK_OK;
+    while (!code && p->next_row[next] < p->grid->level[next].bricks[2] &&
+           p->filled[next] >= row_end(p, next, p->next_row[next])) {
+        code = encode_row(p, next, err);
+        if (!code)
+            code = pyramid_row_done(p, next, p->next_row[next]++, err);
+    }
+    return code;
 }

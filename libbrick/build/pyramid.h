@@ -1,34 +1,45 @@
-/* The stream of slices through all levels: level 0's slices come in, rows of bricks of every level go out. */
+/* All levels at once: level 0's tiles come in, bricks of every level go out, and what a tile becomes in the
+ * next level is kept, in memory or in a spool, until a row of bricks is complete there. */
 #ifndef BRICK_BUILD_PYRAMID_H
 #define BRICK_BUILD_PYRAMID_H
 
-#include <brick/threads.h>
+#include "costs.h"
+#include "kernels.h"
+#include "plan.h"
+#include "spool.h"
 
-#include "window.h"
-
-/* Emit the bricks of row bz of a level, whose slices are all in the window (or beyond the volume's end). */
-typedef int pyramid_emit(void *context, uint32_t level, uint64_t bz, const struct window *window,
-                         struct brick_error *err);
+/* Encode brick `id` from a window that holds it. Tickets count the bricks in the order in which the pyramid
+ * comes to them. Called by the workers of the pool. */
+typedef int pyramid_brick(void *context, const struct window *window, uint64_t id, uint64_t ticket,
+                          unsigned worker, struct brick_error *err);
 
 struct pyramid {
     const struct brick_grid *grid;
+    const struct plan *plan;
     struct brick_pool *pool;
+    const struct kernels *kernels;
     bool nearest;
-    pyramid_emit *emit;
+    pyramid_brick *brick;
     void *context;
-    struct window window[BRICK_MAX_LEVELS];
+    struct costs *costs; /* one a worker */
+
+    struct window window[BRICK_MAX_LEVELS]; /* levels held in memory; level 0's is the feed's */
+    struct spool spool[BRICK_MAX_LEVELS];   /* levels that are not */
+    struct window in, out;                  /* tiles from and to spools */
+    uint64_t filled[BRICK_MAX_LEVELS];      /* slices [0, filled) have been made */
+    uint64_t next_row[BRICK_MAX_LEVELS];    /* row of bricks that is encoded next */
+    uint64_t tickets;
+    struct brick_build_cost spool_cost;
 };
 
-/* Bytes of all windows; UINT64_MAX on overflow. */
-uint64_t pyramid_bytes(const struct brick_grid *grid);
-int pyramid_init(struct pyramid *pyramid, const struct brick_grid *grid, struct brick_pool *pool,
-                 bool nearest, pyramid_emit *emit, void *context, struct brick_error *err);
+/* The caller has filled the members from grid to costs. path: where spools go, beside it. */
+int pyramid_init(struct pyramid *pyramid, const char *path, struct brick_error *err);
 void pyramid_finish(struct pyramid *pyramid);
-
-/* Room for the next slices of level 0: at most *count, contiguous, fewer where the ring wraps or a row
- * completes. */
-void *pyramid_room(struct pyramid *pyramid, uint64_t *count);
-/* `count` slices have been written there: emit what is complete, and feed the coarser levels. */
-int pyramid_push(struct pyramid *pyramid, uint64_t count, struct brick_error *err);
+/* Encode a tile of level 0 and make the next level's voxels of it. Tiles come row by row, in order. */
+int pyramid_tile(struct pyramid *pyramid, const struct tile *tile, const struct window *window,
+                 struct brick_error *err);
+/* All tiles of a level's row (of level 0: the caller's) are done: encode what is complete now in coarser
+ * levels. */
+int pyramid_row_done(struct pyramid *pyramid, uint32_t level, uint64_t row, struct brick_error *err);
 
 #endif

@@ -1,50 +1,48 @@
-/* Ranges of a brick for one voxel type. No include guard: included once a type by encode.c, with
- *   T       the voxel type,  NAME(f) the function's name for it,
- *   USABLE(v) whether v counts (finite),  LOWEST, HIGHEST  the ends of the type (of an empty range: HIGHEST,
- * LOWEST). */
+/* The last axis of macrocell ranges for one voxel type. No include guard: included once a type by ranges.c
+ * with T, NAME, LOWEST, HIGHEST as in kernels_typed.h (lo and hi hold no NaN any more) and CANONICAL(v),
+ * which turns -0 into 0: which of the two comes first in a minimum is left to the order, and the order is
+ * free. */
 
-/* A padded or tight array: element (x,y,z) is at base + (z * sy + y) * sx + x. */
-static void NAME(macrocell_range)(const T *lo, const T *hi, size_t sx, size_t sy, const uint32_t from[3],
-                                  const uint32_t to[3], T out[2])
+static void NAME(split)(const T *lo, const T *hi, uint32_t core, uint32_t edge, T *out, T range[2])
 {
-    T a = HIGHEST, b = LOWEST;
-    for (uint32_t z = from[2]; z <= to[2]; z++)
-        for (uint32_t y = from[1]; y <= to[1]; y++) {
-            const T *l = lo + (z * sy + y) * sx, *h = hi + (z * sy + y) * sx;
-            for (uint32_t x = from[0]; x <= to[0]; x++) {
-                a = USABLE(l[x]) && l[x] < a ? l[x] : a;
-                b = USABLE(h[x]) && h[x] > b ? h[x] : b;
-            }
+    for (uint32_t from = 0; from < core; from += edge, out += 2) {
+        uint32_t to = from + edge < core ? from + edge : core;
+        T a = lo[from], b = hi[from];
+        for (uint32_t x = from + 1; x <= to; x++) {
+            a = lo[x] < a ? lo[x] : a;
+            b = hi[x] > b ? hi[x] : b;
         }
-    out[0] = a;
-    out[1] = b;
+        out[0] = CANONICAL(a);
+        out[1] = CANONICAL(b);
+        range[0] = out[0] < range[0] ? out[0] : range[0];
+        range[1] = out[1] > range[1] ? out[1] : range[1];
+    }
 }
 
-/* lo, hi point at core voxel (0,0,0); both arrays hold at least core + 1 voxels on each axis. */
-static void NAME(ranges)(const struct brick_grid *grid, const struct brick_place *place, const T *lo,
-                         const T *hi, size_t sx, size_t sy, T *macrocells, struct brick_entry *entry)
+static void NAME(ranges)(const struct kernels *k, const struct brick_grid *grid,
+                         const struct brick_place *place, const T *lo, const T *hi, size_t sx, size_t sy,
+                         T *macrocells, T *scratch, struct brick_entry *entry)
 {
-    T min = HIGHEST, max = LOWEST;
-    for (uint32_t z = 0; z < place->macrocells[2]; z++)
-        for (uint32_t y = 0; y < place->macrocells[1]; y++)
-            for (uint32_t x = 0; x < place->macrocells[0]; x++) {
-                uint32_t at[3] = {x, y, z}, from[3], to[3];
-                for (int a = 0; a < 3; a++) {
-                    from[a] = at[a] * grid->macrocell;
-                    to[a] = from[a] + grid->macrocell < place->core[a] ? from[a] + grid->macrocell
-                                                                       : place->core[a];
-                }
-                NAME(macrocell_range)(lo, hi, sx, sy, from, to, macrocells);
-                min = macrocells[0] < min ? macrocells[0] : min;
-                max = macrocells[1] > max ? macrocells[1] : max;
-                macrocells += 2;
-            }
-    entry->min = min <= max ? (float)min : INFINITY;
-    entry->max = min <= max ? (float)max : -INFINITY;
+    const uint32_t *core = place->core, edge = grid->macrocell;
+    size_t width = core[0] + 1, plane = core[1] * sx + width, stride = sx * sy;
+    T *plane_lo = scratch, *plane_hi = plane_lo + plane, *row_lo = plane_hi + plane, *row_hi = row_lo + width;
+    T range[2] = {HIGHEST, LOWEST};
+    for (uint32_t z = 0; z < core[2]; z += edge) {
+        uint32_t nz = z + edge < core[2] ? edge : core[2] - z;
+        k->fold[grid->type](plane_lo, plane_hi, lo + z * stride, hi + z * stride, stride, nz + 1, plane);
+        for (uint32_t y = 0; y < core[1]; y += edge) {
+            uint32_t ny = y + edge < core[1] ? edge : core[1] - y;
+            k->fold[grid->type](row_lo, row_hi, plane_lo + y * sx, plane_hi + y * sx, sx, ny + 1, width);
+            NAME(split)(row_lo, row_hi, core[0], edge, macrocells, range);
+            macrocells += (size_t)2 * place->macrocells[0];
+        }
+    }
+    entry->min = range[0] <= range[1] ? (float)range[0] : INFINITY;
+    entry->max = range[0] <= range[1] ? (float)range[1] : -INFINITY;
 }
 
 #undef T
 #undef NAME
-#undef USABLE
 #undef LOWEST
 #undef HIGHEST
+#undef CANONICAL

@@ -6,6 +6,8 @@
 #include <brick/grid.h>
 #include <brick/stats.h>
 
+#include "kernels.h"
+
 /* Count, mean and sum of squared deviations of a brick's finite voxels. */
 struct tally_moments {
     uint64_t count;
@@ -14,14 +16,21 @@ struct tally_moments {
 
 struct tally {
     uint64_t *bins; /* 65536 */
+    uint32_t *fast; /* 4 x 65536, not yet in bins: see tally.c */
+    uint64_t pending;
 };
+
+/* Bytes of one tally. */
+size_t tally_bytes(void);
 
 int tally_init(struct tally *tally, struct brick_error *err);
 void tally_finish(struct tally *tally);
 
-/* Count a brick's core. `voxels` is the padded brick. Returns the number of voxels that are not finite. */
-uint32_t tally_brick(struct tally *tally, const struct brick_grid *grid, const struct brick_place *place,
-                     const void *voxels, struct tally_moments *moments);
+/* Count a brick's core. `voxels` is the padded brick, `macrocells` its ranges, which must be right. Returns
+ * the number of voxels that are not finite. */
+uint32_t tally_brick(struct tally *tally, const struct kernels *kernels, const struct brick_grid *grid,
+                     const struct brick_place *place, const void *voxels, const void *macrocells,
+                     struct tally_moments *moments);
 /* a = a and b together (Chan, Golub, LeVeque 1979: stable for any mean). */
 void tally_merge_moments(struct tally_moments *a, const struct tally_moments *b);
 /* Add up n histograms into the first and derive the statistics. min, max: of level 0 in stored values.

@@ -1,4 +1,5 @@
-/* The slices of one level that bricks and the next level still need: a ring of edge + 2 border slices. */
+/* A box of one level's voxels in memory: what bricks and the next level are made from. In x and y it is the
+ * box [lo, lo + size); along z a ring of `capacity` slices. */
 #ifndef BRICK_BUILD_WINDOW_H
 #define BRICK_BUILD_WINDOW_H
 
@@ -6,17 +7,23 @@
 
 struct window {
     const struct brick_level *level;
-    size_t slice_bytes;
-    uint64_t capacity; /* slices */
-    uint64_t filled;   /* slices [0, filled) have arrived; the last `capacity` of them are here */
-    uint64_t next_row; /* row of bricks (z) that is emitted next */
+    uint64_t lo[2], size[2];
+    uint64_t capacity; /* slices: slice z is in slot z % capacity */
+    size_t width;      /* bytes of a voxel */
     /* Voxels, and the range of level 0 below each voxel. At level 0 all three are the same memory. */
     unsigned char *voxels, *min, *max;
 };
 
-static inline size_t window_slot(const struct window *w, uint64_t z)
+static inline size_t window_slice_bytes(const struct window *w)
 {
-    return (size_t)(z % w->capacity) * w->slice_bytes;
+    return (size_t)(w->size[0] * w->size[1]) * w->width;
+}
+
+/* Where voxel (x, y, z) is in each of the arrays. */
+static inline size_t window_at(const struct window *w, uint64_t x, uint64_t y, uint64_t z)
+{
+    return (size_t)(z % w->capacity) * window_slice_bytes(w) +
+           (size_t)((y - w->lo[1]) * w->size[0] + x - w->lo[0]) * w->width;
 }
 
 #endif

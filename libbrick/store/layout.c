@@ -95,6 +95,7 @@ void layout_put_header(const struct layout_header *h, unsigned char dst[LAYOUT_H
         p = put_u64(p, h->table[t].bytes);
         p = put_u64(p, h->table[t].checksum);
     }
+    put_f64(p, h->tolerance);
     put_u64(dst + LAYOUT_HEADER_BYTES - 8, XXH3_64bits(dst, LAYOUT_HEADER_BYTES - 8));
 }
 
@@ -138,7 +139,9 @@ int layout_get_header(struct layout_header *h, const unsigned char src[LAYOUT_HE
         h->table[t].bytes = get_u64(&p);
         h->table[t].checksum = get_u64(&p);
     }
-    if (header_bytes != LAYOUT_HEADER_BYTES || entry_bytes != LAYOUT_ENTRY_BYTES ||
+    h->tolerance = get_f64(&p);
+    if (header_bytes != LAYOUT_HEADER_BYTES || !(h->tolerance >= 0.0) || isinf(h->tolerance) ||
+        entry_bytes != LAYOUT_ENTRY_BYTES ||
         memcmp(p, zeros, (size_t)(src + LAYOUT_HEADER_BYTES - 8 - p)) != 0)
         return brick_fail_at(err, BRICK_ERR_FORMAT, 12, BRICK_NO_BRICK,
                              "%s: the header contradicts version %u", file, LAYOUT_VERSION);

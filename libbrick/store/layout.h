@@ -22,6 +22,7 @@ struct layout_header {
     enum brick_type type;
     uint32_t edge, border, macrocell, levels;
     struct brick_geometry geometry;
+    double tolerance; /* physical; 0: lossless */
     struct layout_extent table[LAYOUT_TABLES];
 };
 

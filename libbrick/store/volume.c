@@ -22,6 +22,7 @@ struct brick_volume {
     char *provenance;
     struct brick_entry *entries;
     uint64_t file_bytes;
+    double tolerance;
 };
 
 static int damaged(const struct brick_volume *v, uint64_t offset, const char *what, struct brick_error *err)
@@ -80,8 +81,12 @@ static int read_levels(struct brick_volume *v, const struct layout_extent *exten
 }
 
 /* `expected`: where this entry's payload must start; advanced past it. */
-static bool entry_sane(const struct brick_entry *e, enum brick_type type, uint64_t end, uint64_t *expected)
+static bool entry_sane(const struct brick_volume *v, const struct brick_entry *e, uint64_t end,
+                       uint64_t *expected)
 {
+    enum brick_type type = v->grid.type;
+    if (brick_codec_is_lossy((enum brick_codec)e->codec) && v->tolerance == 0.0)
+        return false;
     if (e->reserved || (e->flags & ~BRICK_FLAG_CONSTANT) || e->codec >= BRICK_CODEC_COUNT)
         return false;
     if (!(e->min <= e->max) ? !(e->min == INFINITY && e->max == -INFINITY)
@@ -120,7 +125,7 @@ static int read_index(struct brick_volume *v, const struct layout_extent *extent
         XXH3_64bits_update(hash, bytes, n * LAYOUT_ENTRY_BYTES);
         for (size_t i = 0; i < n; i++, id++) {
             layout_get_entry(&v->entries[id], bytes + i * LAYOUT_ENTRY_BYTES);
-            if (bad == BRICK_NO_BRICK && !entry_sane(&v->entries[id], v->grid.type, payload_end, &expected))
+            if (bad == BRICK_NO_BRICK && !entry_sane(v, &v->entries[id], payload_end, &expected))
                 bad = id;
         }
     }
@@ -194,6 +199,7 @@ int brick_volume_open(struct brick_volume **volume, const char *path, struct bri
         goto fail;
     }
     v->file_bytes = file_bytes;
+    v->tolerance = h.tolerance;
     if ((code = brick_grid_init(&v->grid, h.type, &h.geometry, h.edge, h.border, h.macrocell, err))) {
         struct brick_error inner = err ? *err : (struct brick_error){0};
         brick_fail(err, BRICK_ERR_FORMAT, "%s: impossible header: %.500s", path, inner.message);
@@ -248,6 +254,11 @@ const char *brick_volume_path(const struct brick_volume *volume)
 uint64_t brick_volume_file_bytes(const struct brick_volume *volume)
 {
     return volume->file_bytes;
+}
+
+double brick_volume_tolerance(const struct brick_volume *volume)
+{
+    return volume->tolerance;
 }
 
 const struct brick_entry *brick_volume_entry(const struct brick_volume *volume, uint64_t id)
@@ -312,8 +323,7 @@ static void fill(enum brick_type type, void *dst, size_t n, float value)
     }
 }
 
-/* A constant brick's voxels are `value`; its macrocells hold it as min and max, or the empty range if not
- * finite. */
+/* A constant brick's voxels are `value`; its macrocells hold the index's range. */
 static int fill_constant(const struct brick_volume *v, uint64_t id, const struct brick_place *place,
                          void *dst, struct brick_error *err)
 {
@@ -322,16 +332,17 @@ static int fill_constant(const struct brick_volume *v, uint64_t id, const struct
     enum brick_type type = v->grid.type;
     size_t width = brick_type_bytes(type), voxels = brick_place_voxel_bytes(&v->grid, place) / width;
     size_t total = brick_place_payload_bytes(&v->grid, place) / width;
-    float value;
-    memcpy(&value, &v->entries[id].value, sizeof value);
-    if (type != BRICK_F32 && !(value >= lowest[type] && value <= highest[type] && value == truncf(value)))
-        return brick_fail_at(err, BRICK_ERR_FORMAT, BRICK_NO_OFFSET, id,
-                             "%s: brick %llu is a constant %g, not a %s", v->io.path, (unsigned long long)id,
-                             (double)value, brick_type_name(type));
-    fill(type, dst, isfinite(value) ? total : voxels, value);
-    if (!isfinite(value))
-        for (size_t i = voxels; i < total; i++)
-            ((float *)dst)[i] = (i - voxels) % 2 ? -INFINITY : INFINITY;
+    const struct brick_entry *e = &v->entries[id];
+    float values[3] = {0.0f, e->min, e->max};
+    memcpy(&values[0], &e->value, sizeof values[0]);
+    for (int i = 0; type != BRICK_F32 && i < 3; i++)
+        if (!(values[i] >= lowest[type] && values[i] <= highest[type] && values[i] == truncf(values[i])))
+            return brick_fail_at(err, BRICK_ERR_FORMAT, BRICK_NO_OFFSET, id,
+                                 "%s: brick %llu is a constant %g, not a %s", v->io.path,
+                                 (unsigned long long)id, (double)values[i], brick_type_name(type));
+    fill(type, dst, voxels, values[0]);
+    for (size_t i = voxels; i < total; i++)
+        fill(type, (unsigned char *)dst + i * width, 1, values[1 + (i - voxels) % 2]);
     return BRICK_OK;
 }
 
@@ -352,14 +363,14 @@ int brick_volume_read(const struct brick_volume *volume, uint64_t id, void *dst,
         scratch->data = grown;
         scratch->bytes = e->bytes;
     }
+    struct brick_codec_shape shape = brick_codec_shape(&volume->grid, &place);
     struct brick_error inner = {0};
     int code = brick_io_read_at(&volume->io, e->offset, scratch->data, e->bytes, &inner);
     if (!code && XXH3_64bits(scratch->data, e->bytes) != e->checksum)
         code = brick_fail(&inner, BRICK_ERR_CHECKSUM, "%s: its checksum does not match: the file is damaged",
                           volume->io.path);
     if (!code)
-        code = brick_codec_decode((enum brick_codec)e->codec, scratch->data, e->bytes, dst,
-                                  brick_place_payload_bytes(&volume->grid, &place), &inner);
+        code = brick_codec_decode((enum brick_codec)e->codec, &shape, scratch->data, e->bytes, dst, &inner);
     if (!code)
         return BRICK_OK;
     return brick_fail_at(

@@ -1,6 +1,7 @@
 /* The writer. Invariants: PATH is untouched until the rename; PATH.part begins with 512 zero bytes until
  * everything behind them is on disk, so that it never opens as complete; the file's order is level 0, level
- * 1, ... whatever order the levels' bricks come in, because coarser levels wait in one scratch file each. */
+ * 1, ... whatever order the levels' bricks come in, because coarser levels wait: each one's first payloads
+ * in chunks of memory, the rest in a scratch file of its own. */
 #include <brick/writer.h>
 
 #include <stdlib.h>
@@ -12,10 +13,24 @@
 
 #include "layout.h"
 
+enum {
+    CHUNK_BYTES = 1 << 20,
+    WRITEBACK_BYTES = 8 << 20 /* the disk is told to begin in pieces of this size, so that syncing is short */
+};
+
+struct chunk {
+    struct chunk *next;
+    unsigned char bytes[CHUNK_BYTES];
+};
+
 struct level_file {
-    struct brick_io io;  /* level 0: PATH.part; others: scratch, opened by the first payload */
-    uint64_t bytes;      /* payload bytes so far */
+    struct brick_io
+        io;         /* level 0: PATH.part; others: scratch, opened by the first payload that is not kept */
+    uint64_t bytes; /* payload bytes so far */
     uint64_t next_brick; /* id that must come next */
+    /* The first `kept` of `bytes` are in chunks, in order; io holds the others, from its byte 0 on. */
+    struct chunk *first, *last;
+    uint64_t kept;
 };
 
 struct brick_writer {
@@ -24,6 +39,9 @@ struct brick_writer {
     struct brick_entry *entries; /* offsets relative to the level's first payload until finishing */
     struct level_file level[BRICK_MAX_LEVELS];
     bool part_exists;
+    double tolerance;
+    uint64_t may_keep; /* bytes of chunks still allowed */
+    uint64_t flushed;  /* PATH.part's first bytes that the disk has been told to write */
 };
 
 int brick_writer_create(struct brick_writer **writer, const char *path, const struct brick_grid *grid,
@@ -63,13 +81,24 @@ fail:
     return code;
 }
 
+static void free_chunks(struct level_file *level)
+{
+    for (struct chunk *c = level->first, *next; c; c = next) {
+        next = c->next;
+        free(c);
+    }
+    level->first = level->last = NULL;
+}
+
 void brick_writer_destroy(struct brick_writer **writer)
 {
     struct brick_writer *w = *writer;
     if (!w)
         return;
-    for (int l = 0; l < BRICK_MAX_LEVELS; l++)
+    for (int l = 0; l < BRICK_MAX_LEVELS; l++) {
+        free_chunks(&w->level[l]);
         brick_io_close(&w->level[l].io);
+    }
     if (w->part_exists)
         unlink(w->part_path);
     free(w->path);
@@ -77,6 +106,73 @@ void brick_writer_destroy(struct brick_writer **writer)
     free(w->entries);
     free(w);
     *writer = NULL;
+}
+
+void brick_writer_set_tolerance(struct brick_writer *writer, double tolerance)
+{
+    writer->tolerance = tolerance;
+}
+
+void brick_writer_keep(struct brick_writer *w, uint64_t bytes)
+{
+    w->may_keep = bytes;
+}
+
+/* Keep what fits of a payload; how much that was. All of it is kept, or what follows goes to the scratch file
+ * for good. */
+static size_t keep(struct brick_writer *w, struct level_file *level, const unsigned char *payload,
+                   size_t bytes)
+{
+    size_t done = 0;
+    while (done < bytes && level->kept == level->bytes + done) {
+        size_t used = (size_t)(level->kept % CHUNK_BYTES);
+        if (used == 0) {
+            struct chunk *chunk = w->may_keep >= sizeof *chunk ? malloc(sizeof *chunk) : NULL;
+            if (!chunk)
+                break;
+            w->may_keep -= sizeof *chunk;
+            chunk->next = NULL;
+            if (level->last)
+                level->last->next = chunk;
+            else
+                level->first = chunk;
+            level->last = chunk;
+        }
+        size_t n = bytes - done < CHUNK_BYTES - used ? bytes - done : CHUNK_BYTES - used;
+        memcpy(level->last->bytes + used, payload + done, n);
+        level->kept += n;
+        done += n;
+    }
+    return done;
+}
+
+/* Write to PATH.part, and have the disk begin on what is complete. */
+static int write_part(struct brick_writer *w, uint64_t offset, const void *bytes, size_t n,
+                      struct brick_error *err)
+{
+    int code = brick_io_write_at(&w->level[0].io, offset, bytes, n, err);
+    uint64_t end = offset + n;
+    if (!code && end >= w->flushed + WRITEBACK_BYTES) {
+        brick_io_start_writeback(&w->level[0].io, w->flushed, end - w->flushed);
+        w->flushed = end;
+    }
+    return code;
+}
+
+static int append_payload(struct brick_writer *w, uint32_t l, const unsigned char *payload, size_t bytes,
+                          struct brick_error *err)
+{
+    struct level_file *level = &w->level[l];
+    if (l == 0)
+        return write_part(w, LAYOUT_HEADER_BYTES + level->bytes, payload, bytes, err);
+    size_t kept = keep(w, level, payload, bytes);
+    int code = BRICK_OK;
+    if (kept < bytes && level->io.fd < 0)
+        code = brick_io_create_scratch(&level->io, w->path, err);
+    if (kept < bytes && !code)
+        code = brick_io_write_at(&level->io, level->bytes + kept - level->kept, payload + kept, bytes - kept,
+                                 err);
+    return code;
 }
 
 int brick_writer_put(struct brick_writer *w, uint64_t id, const struct brick_entry *entry,
@@ -98,12 +194,7 @@ int brick_writer_put(struct brick_writer *w, uint64_t id, const struct brick_ent
     e->checksum = constant ? 0 : XXH3_64bits(payload, bytes);
     e->reserved = 0;
     if (!constant) {
-        int code = BRICK_OK;
-        if (level->io.fd < 0)
-            code = brick_io_create_scratch(&level->io, w->path, err);
-        if (!code)
-            code = brick_io_write_at(&level->io, level->bytes + (l ? 0 : LAYOUT_HEADER_BYTES), payload, bytes,
-                                     err);
+        int code = append_payload(w, l, payload, bytes, err);
         if (code)
             return code;
         level->bytes += bytes;
@@ -112,19 +203,28 @@ int brick_writer_put(struct brick_writer *w, uint64_t id, const struct brick_ent
     return BRICK_OK;
 }
 
-/* Append a level's scratch file at `end`. */
+/* Append what waited of a level at `end`. */
 static int append_level(struct brick_writer *w, uint32_t l, uint64_t end, unsigned char *buffer, size_t room,
                         struct brick_error *err)
 {
-    for (uint64_t at = 0; at < w->level[l].bytes;) {
-        size_t n = w->level[l].bytes - at < room ? (size_t)(w->level[l].bytes - at) : room;
-        int code = brick_io_read_at(&w->level[l].io, at, buffer, n, err);
-        if (code || (code = brick_io_write_at(&w->level[0].io, end + at, buffer, n, err)))
-            return code;
+    struct level_file *level = &w->level[l];
+    int code = BRICK_OK;
+    uint64_t at = 0;
+    for (struct chunk *c = level->first; c && !code; c = c->next) {
+        size_t n = level->kept - at < CHUNK_BYTES ? (size_t)(level->kept - at) : CHUNK_BYTES;
+        code = write_part(w, end + at, c->bytes, n, err);
         at += n;
     }
-    brick_io_close(&w->level[l].io);
-    return BRICK_OK;
+    free_chunks(level);
+    while (!code && at < level->bytes) {
+        size_t n = level->bytes - at < room ? (size_t)(level->bytes - at) : room;
+        code = brick_io_read_at(&level->io, at - level->kept, buffer, n, err);
+        if (!code)
+            code = write_part(w, end + at, buffer, n, err);
+        at += n;
+    }
+    brick_io_close(&level->io);
+    return code;
 }
 
 static int write_table(struct brick_writer *w, struct layout_extent *extent, uint64_t *end, const void *bytes,
@@ -167,7 +267,8 @@ int brick_writer_finish(struct brick_writer *w, const struct brick_stats *stats,
                               .border = g->border,
                               .macrocell = g->macrocell,
                               .levels = g->levels,
-                              .geometry = {.slope = g->slope, .intercept = g->intercept}};
+                              .geometry = {.slope = g->slope, .intercept = g->intercept},
+                              .tolerance = w->tolerance};
     memcpy(h.geometry.dims, g->dims, sizeof g->dims);
     memcpy(h.geometry.affine, g->affine, sizeof g->affine);
     size_t stats_bytes = LAYOUT_STATS_BYTES + (size_t)8 * stats->bins, text_bytes = strlen(provenance);

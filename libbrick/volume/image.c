@@ -2,6 +2,7 @@
 #include <brick/image.h>
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -61,6 +62,9 @@ int brick_image_compare(const struct brick_image *a, const struct brick_image *b
                 }
             }
             difference->pixels_differing += (uint64_t)differs;
+            bool in_a = a->rgba[at + 3] > 0.0f, in_b = b->rgba[at + 3] > 0.0f;
+            difference->covered_only_a += in_a && !in_b;
+            difference->covered_only_b += in_b && !in_a;
         }
         total += row;
     }

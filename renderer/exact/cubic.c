@@ -7,13 +7,14 @@
 #include <float.h>
 #include <math.h>
 
-/* out = a + x (b - a) with x = x0 + dx s; a and b of degree n - 1, out of degree n. */
+/* out = a + x (b - a) with x = x0 + dx s; a and b of degree n - 1, out of degree n. Counted from the nearer
+ * end, so that in a face nothing is left of the corners across from it, however large. */
 static void lerp_polynomials(const double *a, const double *b, int n, double x0, double dx, double *out)
 {
     double below = 0.0;
     for (int i = 0; i < n; i++) {
         double d = b[i] - a[i];
-        out[i] = a[i] + x0 * d + below;
+        out[i] = (x0 > 0.5 ? b[i] - (1.0 - x0) * d : a[i] + x0 * d) + below;
         below = dx * d;
     }
     out[n] = below;
@@ -45,11 +46,51 @@ struct vr_cubic vr_cubic_part(const struct vr_cubic *f, double a, double b)
                               w * w * (f->c[2] + 3.0 * a * f->c[3]), w * w * w * f->c[3]}};
 }
 
+/* A number as the unevaluated sum of two doubles, |lo| at most half a unit in hi's last place. */
+struct twofold {
+    double hi, lo;
+};
+
+static struct twofold two_sum(double a, double b)
+{
+    double sum = a + b, part = sum - a;
+    return (struct twofold){sum, (a - (sum - part)) + (b - part)};
+}
+
+static struct twofold two_product(double a, double b)
+{
+    double product = a * b;
+    return (struct twofold){product, fma(a, b, -product)};
+}
+
+static struct twofold twofold_add(struct twofold a, struct twofold b)
+{
+    struct twofold sum = two_sum(a.hi, b.hi);
+    return two_sum(sum.hi, sum.lo + (a.lo + b.lo));
+}
+
+static struct twofold twofold_multiply(struct twofold a, struct twofold b)
+{
+    struct twofold product = two_product(a.hi, b.hi);
+    return two_sum(product.hi, product.lo + (a.hi * b.lo + a.lo * b.hi));
+}
+
+/* c[0] + c[1] s + ... + c[n] s^n */
+static struct twofold twofold_eval(const struct twofold *c, int n, struct twofold s)
+{
+    struct twofold y = c[n];
+    for (int i = n - 1; i >= 0; i--)
+        y = twofold_add(twofold_multiply(y, s), c[i]);
+    return y;
+}
+
 int vr_cubic_extrema(const struct vr_cubic *f, double s[2])
 {
-    /* f' = p + 2 q s + r s^2; the roots as p/z and z/r lose no digits to cancellation. */
+    /* f' = p + 2 q s + r s^2; the roots as p/z and z/r lose no digits to cancellation, nor does the
+     * discriminant q^2 - p r. */
     double p = f->c[1], q = f->c[2], r = 3.0 * f->c[3];
-    double discriminant = q * q - p * r;
+    struct twofold pr = twofold_multiply(two_product(-3.0, p), (struct twofold){f->c[3], 0.0});
+    double discriminant = twofold_add(two_product(q, q), pr).hi;
     int n = 0;
     if (!(discriminant > 0.0))
         return 0;
@@ -94,4 +135,59 @@ double vr_cubic_solve(const struct vr_cubic *f, double v, double a, double b)
         s = next;
     }
     return s;
+}
+
+int vr_cubic_sign_changes(const struct vr_cubic *f, double s[3])
+{
+    double cuts[4] = {0.0};
+    int turns = vr_cubic_extrema(f, cuts + 1), n = 0;
+    cuts[turns + 1] = 1.0;
+    for (int i = 0; i <= turns; i++) {
+        double from = vr_cubic_eval(f, cuts[i]), to = vr_cubic_eval(f, cuts[i + 1]);
+        if ((from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0))
+            s[n++] = vr_cubic_solve(f, 0.0, cuts[i], cuts[i + 1]);
+        else if (to == 0.0 && i < turns)
+            s[n++] = cuts[i + 1];
+    }
+    return n;
+}
+
+static bool is_above(const struct vr_cubic *f, struct twofold s)
+{
+    double sum = fabs(f->c[0]) + fabs(f->c[1]) + fabs(f->c[2]) + fabs(f->c[3]);
+    const struct twofold c[4] = {{f->c[0], 0.0}, {f->c[1], 0.0}, {f->c[2], 0.0}, {f->c[3], 0.0}};
+    return twofold_eval(c, 3, s).hi >= -0x1p-98 * sum;
+}
+
+/* A turning point found in double, corrected by a step of Newton's method towards f' = 0. */
+static struct twofold turning_point(const struct vr_cubic *f, double s)
+{
+    const struct twofold c[3] = {{f->c[1], 0.0}, {2.0 * f->c[2], 0.0}, two_product(3.0, f->c[3])};
+    double slope = twofold_eval(c, 2, (struct twofold){s, 0.0}).hi;
+    double correction = slope / (2.0 * f->c[2] + 6.0 * f->c[3] * s);
+    return fabs(correction) < 0x1p-40 ? two_sum(s, -correction) : (struct twofold){s, 0.0};
+}
+
+bool vr_cubic_first_crossing(const struct vr_cubic *f, bool above_start, bool above_end, double *s)
+{
+    double cuts[4] = {0.0};
+    int turns = vr_cubic_extrema(f, cuts + 1);
+    cuts[turns + 1] = 1.0;
+    for (int i = 1; i <= turns + 1; i++) {
+        double a = cuts[i - 1], b = cuts[i];
+        if ((i > turns ? above_end : is_above(f, turning_point(f, b))) == above_start)
+            continue;
+        while (b - a > 0x1p-60) {
+            double middle = a + 0.5 * (b - a);
+            if (!(middle > a && middle < b))
+                break;
+            if (is_above(f, (struct twofold){middle, 0.0}) == above_start)
+                a = middle;
+            else
+                b = middle;
+        }
+        *s = b;
+        return true;
+    }
+    return false;
 }

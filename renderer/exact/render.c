@@ -1,4 +1,4 @@
-/* The exact reference: tiles of pixels over all cores, each ray integrated by march.c.
+/* The exact reference: tiles of pixels over all cores, each ray followed by trace.c.
  *
  * A pixel depends on nothing but its own ray, so neither the number of threads nor the cache's size changes a
  * bit. */
@@ -12,6 +12,7 @@
 #include <brick/threads.h>
 
 #include "cells.h"
+#include "trace.h"
 
 #define TILE          16
 #define MIN_TOLERANCE 1e-13 /* what rounding in double precision leaves room for */
@@ -29,32 +30,58 @@ struct worker {
 
 struct frame {
     const struct brick_grid *grid;
-    const struct brick_transfer *transfer;
+    const struct vr_scene *scene;
+    struct vr_look look;
     struct brick_view view;
     struct brick_image *image;
-    double tolerance;
+    double *hit_mm;
     uint32_t tiles_x, tiles_y;
     struct worker *workers;
 };
 
+/* Cut the span where the scene's clip planes do. False when nothing is left. */
+static bool clip_span(const struct brick_grid *grid, const struct vr_scene *scene,
+                      const struct brick_ray *ray, double *t_enter_mm, double *t_leave_mm)
+{
+    for (uint32_t p = 0; p < scene->clip_count; p++) {
+        double inside = -scene->clip[p].offset_mm, slope = 0.0; /* of the kept side's distance, at t = 0 */
+        for (int i = 0; i < 3; i++) {
+            const double *row = grid->affine[i], *o = ray->origin, *d = ray->direction;
+            double n = scene->clip[p].normal[i];
+            inside += n * (row[0] * o[0] + row[1] * o[1] + row[2] * o[2] + row[3]);
+            slope += n * (row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
+        }
+        if (slope > 0.0)
+            *t_enter_mm = fmax(*t_enter_mm, -inside / slope);
+        else if (slope < 0.0)
+            *t_leave_mm = fmin(*t_leave_mm, -inside / slope);
+        else if (inside < 0.0)
+            return false;
+    }
+    return *t_enter_mm < *t_leave_mm;
+}
+
 static int render_pixel(struct frame *frame, struct worker *worker, uint32_t x, uint32_t y,
                         struct brick_error *err)
 {
-    float *rgba = &frame->image->rgba[((size_t)y * frame->image->width + x) * 4];
-    struct vr_ray_integral integral = {0};
+    size_t pixel = (size_t)y * frame->image->width + x;
+    float *rgba = &frame->image->rgba[4 * pixel];
+    struct vr_traced traced = {.hit_mm = INFINITY};
     struct brick_ray ray;
     double t_enter_mm, t_leave_mm;
     brick_view_ray(&frame->view, x, y, &ray);
-    if (brick_ray_span(&ray, frame->grid, &t_enter_mm, &t_leave_mm)) {
-        int result = vr_march(&worker->cells.cells, frame->transfer, &ray, t_enter_mm, t_leave_mm,
-                              frame->tolerance, &integral, err);
+    if (brick_ray_span(&ray, frame->grid, &t_enter_mm, &t_leave_mm) &&
+        clip_span(frame->grid, frame->scene, &ray, &t_enter_mm, &t_leave_mm)) {
+        int result = vr_trace(&frame->look, &worker->cells.cells, &ray, t_enter_mm, t_leave_mm, &traced, err);
         if (result)
             return result;
     }
     for (int c = 0; c < 3; c++)
-        rgba[c] = (float)integral.rgb[c];
-    rgba[3] = (float)-expm1(-integral.depth);
-    worker->evaluations += integral.evaluations;
+        rgba[c] = (float)traced.light.rgb[c];
+    rgba[3] = (float)-expm1(-traced.light.depth);
+    if (frame->hit_mm)
+        frame->hit_mm[pixel] = traced.hit_mm;
+    worker->evaluations += traced.light.evaluations;
     return BRICK_OK;
 }
 
@@ -71,14 +98,37 @@ static int render_tile(void *context, uint64_t item, unsigned worker, struct bri
     return BRICK_OK;
 }
 
+static int check_clip(const struct vr_scene *scene, struct brick_error *err)
+{
+    if (scene->clip_count > VR_MAX_CLIP_PLANES)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: %u clip planes; %d are allowed", scene->clip_count,
+                          VR_MAX_CLIP_PLANES);
+    for (uint32_t p = 0; p < scene->clip_count; p++) {
+        const double *n = scene->clip[p].normal;
+        double length = hypot(hypot(n[0], n[1]), n[2]);
+        if (!(length > 0.0) || !isfinite(length) || !isfinite(scene->clip[p].offset_mm))
+            return brick_fail(err, BRICK_ERR_ARGUMENT,
+                              "exact: clip plane %u has a normal of zero or numbers that are not finite", p);
+    }
+    return BRICK_OK;
+}
+
 static int check(const struct brick_grid *grid, const struct vr_scene *scene,
                  const struct vr_exact_params *params, const struct brick_image *image,
                  struct brick_error *err)
 {
-    if (scene->mode != BRICK_MODE_DVR)
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "the exact method renders mode dvr only");
-    if (!scene->transfer)
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: mode dvr needs a transfer function");
+    bool iso = scene->mode == BRICK_MODE_ISO;
+    if ((unsigned)scene->mode > BRICK_MODE_MIP || (unsigned)params->field > VR_FIELD_PRECLASSIFIED)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: no mode %d or no field %d", (int)scene->mode,
+                          (int)params->field);
+    if (params->field == VR_FIELD_PRECLASSIFIED && (iso || scene->mode == BRICK_MODE_MIP))
+        return brick_fail(
+            err, BRICK_ERR_UNSUPPORTED,
+            "exact: a field of pre-classified voxels has colours, but no values for iso or mip");
+    if (!iso && !scene->transfer)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: this mode needs a transfer function");
+    if (iso && !isfinite(scene->isovalue))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: the isovalue is not finite");
     if (scene->level >= grid->levels)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: no level %u; the file has %u", scene->level,
                           grid->levels);
@@ -88,7 +138,32 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
     if (!(params->tolerance >= MIN_TOLERANCE && params->tolerance < 1.0))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: a tolerance of %g; %g or more is possible",
                           params->tolerance, MIN_TOLERANCE);
-    return BRICK_OK;
+    return check_clip(scene, err);
+}
+
+static void set_look(struct vr_look *look, const struct brick_grid *grid, const struct vr_scene *scene,
+                     const struct vr_exact_params *params)
+{
+    double inverse[3][4], sigma;
+    *look = (struct vr_look){.mode = scene->mode,
+                             .field = params->field,
+                             .transfer = scene->transfer,
+                             .tolerance = 0.9 * params->tolerance, /* the rest is for ending early */
+                             .isovalue = scene->isovalue,
+                             .ambient = scene->ambient,
+                             .diffuse = scene->diffuse,
+                             .specular = scene->specular,
+                             .shininess = scene->shininess};
+    memcpy(look->surface, scene->iso_rgb, sizeof look->surface);
+    if (scene->mode == BRICK_MODE_ISO && scene->transfer)
+        brick_transfer_eval(scene->transfer, scene->isovalue, look->surface, &sigma);
+    /* Gradients turn by the inverse, transposed, of the affine times the level's scale. */
+    brick_affine_invert(grid->affine, inverse);
+    for (int i = 0; i < 3; i++)
+        for (int a = 0; a < 3; a++) {
+            look->linear[i][a] = grid->affine[i][a];
+            look->normal[i][a] = inverse[a][i] / grid->level[scene->level].scale[a];
+        }
 }
 
 /* Each thread pins a brick, so no more of them than bricks in the cache. */
@@ -106,8 +181,7 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
                     struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
-    struct frame frame = {
-        .grid = grid, .transfer = scene->transfer, .image = image, .tolerance = params->tolerance};
+    struct frame frame = {.grid = grid, .scene = scene, .image = image, .hit_mm = params->hit_mm};
     struct brick_cache *cache = NULL;
     struct brick_pool *pool = NULL;
     struct brick_cache_counters counters;
@@ -125,9 +199,9 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
     if (!brick_mul3_u64(level->bricks[0], level->bricks[1], level->bricks[2], &bricks) ||
         !(states = malloc((size_t)bricks)))
         return brick_fail(err, BRICK_ERR_MEMORY, "exact: no memory for the states of the level's bricks");
-    const struct brick_active_query query = {
-        .mode = BRICK_MODE_DVR, .transfer = scene->transfer, .level = scene->level};
+    const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     active = brick_active_set(volume, &query, states);
+    set_look(&frame.look, grid, scene, params);
 
     result = brick_cache_create(&cache, volume, params->host_cache_bytes, err);
     if (result)
@@ -142,7 +216,7 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
     }
     threads = brick_pool_threads(pool);
     for (unsigned i = 0; i < threads; i++)
-        vr_brick_cells_init(&frame.workers[i].cells, volume, cache, scene->transfer, states, scene->level);
+        vr_brick_cells_init(&frame.workers[i].cells, volume, cache, &query, states);
     frame.tiles_x = (image->width + TILE - 1) / TILE;
     frame.tiles_y = (image->height + TILE - 1) / TILE;
     result = brick_pool_run(pool, (uint64_t)frame.tiles_x * frame.tiles_y, render_tile, &frame, err);

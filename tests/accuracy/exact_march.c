@@ -10,49 +10,20 @@
 
 #include <cmocka.h>
 
-#include "march.h"
-#include "reference.h"
-#include "reference_volume.h"
+#include "memory_cells.h"
+#include "trace.h"
 
 #define TOLERANCE 1e-10
 
-enum { NX = 5, NY = 4, NZ = 6 };
-
-struct memory_cells {
-    struct vr_cells cells;
-    double voxels[NZ * NY * NX];
-    int64_t last[3];
-    uint64_t loads, jumps; /* cells asked for; steps to a cell that is no neighbour */
-};
-
-static int load(struct vr_cells *base, const int64_t cell[3], double corners[8], struct brick_error *err)
+/* dvr; a vr_trace whose result is the integral. */
+static int march(struct memory_cells *m, const struct brick_transfer *transfer, const struct brick_ray *ray,
+                 double enter, double leave, double tolerance, struct vr_ray_integral *integral)
 {
-    struct memory_cells *m = (struct memory_cells *)base;
-    int64_t moved = 0;
-    (void)err;
-    for (int i = 0; i < 3; i++) {
-        assert_true(cell[i] >= -1 && cell[i] < (int64_t)m->cells.dims[i]);
-        moved += llabs(cell[i] - m->last[i]);
-        m->last[i] = cell[i];
-    }
-    m->jumps += m->loads > 0 && moved > 3;
-    m->loads++;
-    for (int i = 0; i < 8; i++) {
-        int64_t at[3];
-        for (int a = 0; a < 3; a++)
-            at[a] = reference_clamp(cell[a] + (i >> a & 1), (int64_t)m->cells.dims[a]);
-        corners[i] = m->voxels[(at[2] * NY + at[1]) * NX + at[0]];
-        if (!isfinite(corners[i]))
-            return 0;
-    }
-    return 1;
-}
-
-static void fill(struct memory_cells *m, unsigned long long seed)
-{
-    *m = (struct memory_cells){.cells = {{NX, NY, NZ}, {1, 1, 1}, {0, 0, 0}, load}};
-    for (int i = 0; i < NX * NY * NZ; i++)
-        m->voxels[i] = reference_random(&seed);
+    const struct vr_look look = {.mode = BRICK_MODE_DVR, .transfer = transfer, .tolerance = tolerance};
+    struct vr_traced traced;
+    int result = vr_trace(&look, &m->cells, ray, enter, leave, &traced, NULL);
+    *integral = traced.light;
+    return result;
 }
 
 static const struct brick_grid grid = {.dims = {NX, NY, NZ}};
@@ -62,41 +33,6 @@ static void near(double a, double b, double tolerance)
     if (!(fabs(a - b) <= tolerance))
         fail_msg("%.17g is not %.17g: %.3g off, %.3g allowed", a, b, a - b, tolerance);
 }
-
-/* Rays that make trouble: in faces and edges, through edges and corners, on the box's own faces, from inside,
- * and with directions that are almost along an axis. */
-static size_t awkward_rays(struct brick_ray *rays)
-{
-    static const double coordinate[] = {-0.5, 0.0, 1.0, 1.5, 2.0, 2.9999999999999996, 3.0, 3.5};
-    size_t n = 0;
-    for (int axis = 0; axis < 3; axis++)
-        for (int a = 0; a < 8; a++)
-            for (int b = 0; b < 8; b++)
-                for (int way = 0; way < 4; way++) {
-                    struct brick_ray *r = &rays[n++];
-                    for (int i = 0; i < 3; i++) {
-                        r->origin[i] = i == (axis + 1) % 3 ? coordinate[a] : coordinate[b];
-                        r->direction[i] = way & 2 ? (i == (axis + 1) % 3 ? 1e-17 : -3e-16) : 0.0;
-                    }
-                    r->origin[axis] = way & 1 ? 11.0 : -7.0;
-                    r->direction[axis] = way & 1 ? -1.0 : 1.0;
-                }
-    for (int x = -1; x <= 1; x++)
-        for (int y = -1; y <= 1; y++)
-            for (int z = -1; z <= 1; z++)
-                for (int start = 0; start < 4; start++) {
-                    if (x == 0 && y == 0 && z == 0)
-                        continue;
-                    /* through voxels, hence through corners and edges of cells; from outside and from inside
-                     */
-                    double back = start == 0 ? 0.0 : start == 1 ? 8.0 : start == 2 ? 1.0 / 3.0 : 1000.1;
-                    rays[n++] = (struct brick_ray){{2.0 - back * x, 2.0 - back * y, 2.0 - back * z},
-                                                   {x * 0.577, y * 0.577, z * 0.577}};
-                }
-    return n;
-}
-
-#define MAX_AWKWARD 1024
 
 /* In a volume of one extinction, alpha tells the length that was walked. */
 static void every_ray_is_covered_once(void **state)
@@ -124,24 +60,13 @@ static void every_ray_is_covered_once(void **state)
         if (!brick_ray_span(ray, &grid, &enter, &leave))
             continue;
         hits++;
-        assert_int_equal(vr_march(&m.cells, &t, ray, enter, leave, 1e-13, &integral, NULL), BRICK_OK);
+        assert_int_equal(march(&m, &t, ray, enter, leave, 1e-13, &integral), BRICK_OK);
         near(integral.depth, fmin(0.125 * (leave - enter), -log(1e-15)), 1e-14 * (1.0 + leave));
         assert_true(m.loads <= NX + NY + NZ + 3);
         assert_int_equal(m.jumps, 0);
     }
     assert_true(hits > 5000);
     free(rays);
-}
-
-static struct reference_volume volume_of(const struct memory_cells *m)
-{
-    struct reference_volume v = {.voxels = m->voxels};
-    for (int i = 0; i < 3; i++) {
-        v.dims[i] = (int64_t)m->cells.dims[i];
-        v.scale[i] = m->cells.scale[i];
-        v.offset[i] = m->cells.offset[i];
-    }
-    return v;
 }
 
 static double difference(const struct reference *r, const struct vr_ray_integral *ray)
@@ -190,7 +115,7 @@ static void random_volumes(void **state)
         if (!brick_ray_span(&ray, &box, &enter, &leave))
             continue;
         hits++;
-        assert_int_equal(vr_march(&m.cells, &t, &ray, enter, leave, TOLERANCE, &integral, NULL), BRICK_OK);
+        assert_int_equal(march(&m, &t, &ray, enter, leave, TOLERANCE, &integral), BRICK_OK);
         struct reference_volume v = volume_of(&m);
         struct reference r = reference_ray(&v, &t, &ray, enter, leave, 400);
         worst = fmax(worst, difference(&r, &integral));
@@ -217,8 +142,7 @@ static void awkward_rays_are_right(void **state)
         double enter, leave;
         if (!brick_ray_span(&rays[i], &grid, &enter, &leave))
             continue;
-        assert_int_equal(vr_march(&m.cells, &t, &rays[i], enter, leave, TOLERANCE, &integral, NULL),
-                         BRICK_OK);
+        assert_int_equal(march(&m, &t, &rays[i], enter, leave, TOLERANCE, &integral), BRICK_OK);
         struct reference_volume v = volume_of(&m);
         struct reference r = reference_ray(&v, &t, &rays[i], enter, leave, 200);
         worst = fmax(worst, difference(&r, &integral));
@@ -242,7 +166,7 @@ static void brute_force(void **state)
     (void)state;
     fill(&m, 23);
     assert_true(brick_ray_span(&ray, &grid, &enter, &leave));
-    assert_int_equal(vr_march(&m.cells, &t, &ray, enter, leave, TOLERANCE, &integral, NULL), BRICK_OK);
+    assert_int_equal(march(&m, &t, &ray, enter, leave, TOLERANCE, &integral), BRICK_OK);
 
     struct reference_volume v = volume_of(&m);
     v.ray = &ray;
@@ -281,8 +205,8 @@ static void not_finite_is_transparent(void **state)
     (void)state;
     fill(&m, 2);
     m.voxels[(2 * NY + 1) * NX + 2] = NAN; /* cells 1 and 2 along x */
-    assert_int_equal(vr_march(&m.cells, &t, &near_it, 2.5, 7.5, TOLERANCE, &a, NULL), BRICK_OK);
-    assert_int_equal(vr_march(&m.cells, &t, &beside, 2.5, 7.5, TOLERANCE, &b, NULL), BRICK_OK);
+    assert_int_equal(march(&m, &t, &near_it, 2.5, 7.5, TOLERANCE, &a), BRICK_OK);
+    assert_int_equal(march(&m, &t, &beside, 2.5, 7.5, TOLERANCE, &b), BRICK_OK);
     near(a.depth, 0.5 * 3.0, 1e-14);
     near(b.depth, 0.5 * 5.0, 1e-14);
 }
@@ -297,7 +221,7 @@ static void opaque_rays_end_early(void **state)
     struct vr_ray_integral integral = {0};
     (void)state;
     fill(&m, 2);
-    assert_int_equal(vr_march(&m.cells, &t, &ray, 2.5, 7.5, TOLERANCE, &integral, NULL), BRICK_OK);
+    assert_int_equal(march(&m, &t, &ray, 2.5, 7.5, TOLERANCE, &integral), BRICK_OK);
     assert_int_equal(m.loads, 1);
     near(integral.rgb[0], 1.0, TOLERANCE);
 }

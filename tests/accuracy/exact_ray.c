@@ -22,7 +22,7 @@ static struct brick_transfer from_knots(struct brick_transfer_knot *knots, size_
 static struct vr_ray_integral integrate(const struct brick_transfer *t, struct vr_cubic f, double length_mm)
 {
     struct vr_ray_integral ray = {0};
-    vr_ray_add(&ray, t, &f, length_mm, TOLERANCE);
+    vr_ray_add(&ray, t, &f, NULL, length_mm, TOLERANCE);
     return ray;
 }
 

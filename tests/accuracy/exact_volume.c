@@ -291,16 +291,18 @@ static void bad_requests_are_refused(void **state)
     struct brick_image image;
     (void)state;
     assert_int_equal(brick_image_init(&image, WIDTH, HEIGHT, NULL), BRICK_OK);
-    for (int kind = 0; kind < 7; kind++) {
+    for (int kind = 0; kind < 10; kind++) {
         struct vr_exact_params params = vr_exact_defaults;
         struct vr_scene scene = good;
         struct brick_error err = {0};
         switch (kind) {
-        case 0:
-            scene.mode = BRICK_MODE_SHADED;
+        case 0: /* a picture of colours has neither surfaces nor largest values */
+            scene.mode = BRICK_MODE_ISO;
+            params.field = VR_FIELD_PRECLASSIFIED;
             break;
         case 1:
-            scene.mode = BRICK_MODE_ISO;
+            scene.mode = BRICK_MODE_MIP;
+            params.field = VR_FIELD_PRECLASSIFIED;
             break;
         case 2:
             scene.transfer = NULL;
@@ -313,6 +315,16 @@ static void bad_requests_are_refused(void **state)
             break;
         case 5:
             params.tolerance = 0.0;
+            break;
+        case 6:
+            scene.mode = BRICK_MODE_ISO;
+            scene.isovalue = NAN;
+            break;
+        case 7:
+            scene.clip_count = 1; /* its normal is zero */
+            break;
+        case 8:
+            scene.clip_count = VR_MAX_CLIP_PLANES + 1;
             break;
         default:
             params.host_cache_bytes = 100;

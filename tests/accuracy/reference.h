@@ -1,7 +1,8 @@
 /* A slow second opinion on the ray integral, in long double, that shares nothing with renderer/exact: the ray
  * is cut into many short intervals, those over which the transfer function changes piece are halved to
  * 2^-38 of their length, and each is done by three-point Gauss rules, depth and emission alike. It sees a
- * field as a function of t. */
+ * field as a function of t. Lit, the intervals over which the surface turns its other side to the eye are
+ * halved as well. */
 #ifndef TESTS_ACCURACY_REFERENCE_H
 #define TESTS_ACCURACY_REFERENCE_H
 
@@ -15,6 +16,10 @@ struct reference {
     void *context;
     const struct brick_transfer *transfer;
     long double depth, rgb[3];
+    /* May be NULL: extinction and colour in place of field and transfer function. */
+    long double (*classify)(void *context, long double t, long double rgb[3]);
+    /* May be NULL: shades rgb, and returns a number that has the sign of the gradient along the view. */
+    long double (*shade)(void *context, long double t, long double rgb[3]);
 };
 
 static const long double reference_node[3] = {-0.774596669241483377035853079956L, 0.0L,
@@ -36,6 +41,8 @@ static size_t reference_segment(const struct brick_transfer *t, long double valu
 
 static long double reference_classify(const struct reference *r, long double t, long double rgb[3])
 {
+    if (r->classify)
+        return r->classify(r->context, t, rgb);
     long double value = r->field(r->context, t);
     size_t n = reference_segment(r->transfer, value);
     const struct brick_transfer_knot *a = &r->transfer->knots[n ? n - 1 : 0];
@@ -45,6 +52,14 @@ static long double reference_classify(const struct reference *r, long double t, 
     rgb[1] = a->g + s * (b->g - (long double)a->g);
     rgb[2] = a->b + s * (b->b - (long double)a->b);
     return a->sigma + s * (b->sigma - (long double)a->sigma);
+}
+
+/* What must not change over an interval that is done in one go. */
+static size_t reference_piece(const struct reference *r, long double t)
+{
+    long double rgb[3] = {0.0L};
+    size_t n = r->classify ? 0 : 2 * reference_segment(r->transfer, r->field(r->context, t));
+    return n + (r->shade && r->shade(r->context, t, rgb) < 0.0L);
 }
 
 static long double reference_depth(const struct reference *r, long double a, long double b)
@@ -61,6 +76,8 @@ static void reference_short(struct reference *r, long double a, long double b)
     for (int i = 0; i < 3; i++) {
         long double t = 0.5L * (a + b) + 0.5L * (b - a) * reference_node[i], rgb[3];
         long double sigma = reference_classify(r, t, rgb);
+        if (r->shade)
+            r->shade(r->context, t, rgb);
         long double seen = (b - a) * reference_weight[i] * sigma * expl(-r->depth - reference_depth(r, a, t));
         for (int c = 0; c < 3; c++)
             r->rgb[c] += rgb[c] * seen;
@@ -76,7 +93,7 @@ static void reference_split(struct reference *r, long double a, size_t at_a, lon
         reference_short(r, a, b);
         return;
     }
-    size_t at_middle = reference_segment(r->transfer, r->field(r->context, middle));
+    size_t at_middle = reference_piece(r, middle);
     reference_split(r, a, at_a, middle, at_middle, level + 1);
     reference_split(r, middle, at_middle, b, at_b, level + 1);
 }
@@ -84,11 +101,11 @@ static void reference_split(struct reference *r, long double a, size_t at_a, lon
 /* Go on from a to b, where the field is smooth, in n intervals. */
 static inline void reference_add(struct reference *r, long double a, long double b, int n)
 {
-    size_t before = reference_segment(r->transfer, r->field(r->context, a));
+    size_t before = reference_piece(r, a);
     long double from = a;
     for (int i = 1; i <= n; i++) {
         long double to = i == n ? b : a + (b - a) * i / n;
-        size_t after = reference_segment(r->transfer, r->field(r->context, to));
+        size_t after = reference_piece(r, to);
         reference_split(r, from, before, to, after, 0);
         from = to;
         before = after;

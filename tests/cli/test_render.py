@@ -117,10 +117,44 @@ class Render(cli.Case):
             self.assertTrue(bright)
             self.assertEqual(set(bright), {quarter}, camera)
 
+    @cli.needs_exr
+    def test_isotrace(self):
+        """What must not change the picture, and that surfaces, opacities, light and shadows do."""
+        options = ["--method", "isotrace", "--mode", "iso", "--iso", "100,160", "--iso-opacity", "0.3,0.8", "--camera",
+                   "30,20"]
+        plain = self.render("plain.exr", *options)
+        for variant in [["--no-skip"], ["--threads", "1"], ["--threads", "3"], ["--host-cache", "100K"]]:
+            with self.subTest(variant=variant):
+                self.assertEqual(self.render("b.exr", *options, *variant), plain)
+        seen = {plain}
+        for variant in [["--iso-opacity", "0.4,0.8"], ["--iso", "90,160"], ["--shadows"], ["--light", "1,0,1"],
+                        ["--light", "1,0,1", "--shadows"], ["--tf", "ct-bone"], ["--level", "1"]]:
+            with self.subTest(variant=variant):
+                picture = self.render("b.exr", *options, *variant)
+                self.assertNotIn(picture, seen)
+                seen.add(picture)
+        report = self.json("render", "a.brick", "-o", "a.exr", "--size", "64x48", "--quiet", *options)
+        self.assertGreater(report["samples"], 0)
+        self.assertLessEqual(report["bricks_loaded"], report["bricks_active"])
+
+    @cli.needs_gl
+    def test_isotrace_is_raycast_in_the_limit(self):
+        """The same surface, colour and light. No silhouette of a sphere is grazed by these rays to within a step."""
+        options = ["--mode", "iso", "--iso", "128", "--camera", "30,20"]
+        self.render("traced.exr", *options, "--method", "isotrace")
+        self.render("cast.exr", *options, "--step", "0.02", "--refinements", "16")
+        self.assertLess(self.json("compare", "traced.exr", "cast.exr")["max_abs"], 1e-4)
+
+    def test_bench_isotrace(self):
+        bench = self.json("bench", "isotrace", "a.brick", "--frames", "2", "--size", "64x48", "--iso", "128")
+        self.assertAlmostEqual(sum(bench["share_percent"].values()), 100, places=6)
+        for seconds in [*bench["seconds"].values(), *bench["seconds_cores"]]:
+            self.assertGreater(seconds, 0)
+
     @cli.needs_gl
     def test_bench(self):
         bench = self.json("bench", "render", "a.brick", "--frames", "1", "--size", "32x32", "--iso", "128")
-        for mode in ["dvr", "shaded", "iso", "mip"]:
+        for mode in ["dvr", "shaded", "iso", "mip", "isotrace"]:
             self.assertGreater(bench[mode]["seconds_frame"], 0)
 
     def test_bench_convert(self):

@@ -5,7 +5,8 @@ import re
 
 import cli
 
-COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench convert"]
+COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench isotrace", "bench convert",
+            "bench codecs"]
 
 
 class Usage(cli.Case):
@@ -43,7 +44,7 @@ class Usage(cli.Case):
             ("--spacing", "1,1"), ("--spacing", "1,1,0"), ("--spacing", "1,1,nan"), ("--spacing", "1,1,1,"),
             ("--origin", "a,b,c"), ("--axes", "LPX"), ("--axes", "LLS"), ("--axes", "LPSA"), ("--slope", "0"),
             ("--affine", "1,0,0,0,0,1,0,0,0,0,1"), ("--intercept", "1e999"), ("--brick", "3"), ("--brick", "x"),
-            ("--codec", "zip"), ("--codec-level", "10"), ("--downsample", "max"), ("--memory", "5 G"),
+            ("--codec", "zip"), ("--tolerance", "0"), ("--tolerance", "-1"), ("--tolerance", "nan"), ("--codec-level", "10"), ("--downsample", "max"), ("--memory", "5 G"),
             ("--threads", "0"), ("--to", "u8"), ("--memory", "99999999999999T"),
         ]:
             with self.subTest(option=option, value=value):
@@ -52,7 +53,8 @@ class Usage(cli.Case):
                            *[word for pair in options.items() for word in pair])
         for options in [["--size", "0x8"], ["--size", "8"], ["--step", "0"], ["--step", "-1"], ["--camera", "1"],
                         ["--fov", "180"], ["--ortho", "0"], ["--background", "2,0,0"], ["--mode", "xray"],
-                        ["--context", "glx"], ["--method", "fast"], ["--filter", "fast"]]:
+                        ["--iso", "1,,2"], ["--iso", "1,"], ["--iso", ",".join("1" * 17)], ["--iso-opacity", "1.5"],
+                        ["--light", "1,2"], ["--context", "glx"], ["--method", "fast"], ["--filter", "fast"]]:
             with self.subTest(options=options):
                 self.fails(2, options[0], "render", "a.brick", "-o", "a.png", *options)
         for region in ["0:1,0:1", "1:1,0:1,0:1", "2:1,0:1,0:1", "0:1,0:1,0:1,0:1", "0-1,0-1,0-1", "-1:1,0:1,0:1"]:
@@ -69,6 +71,9 @@ class Usage(cli.Case):
             ("end in .brick", ["convert", *raw[:-1], "a.raw"]),
             ("go together", ["convert", "a.raw", "--size", "4x4x4", "-o", "a.brick"]),
             ("--affine", ["convert", *raw, "--affine", "1,0,0,0,0,1,0,0,0,0,1,0", "--axes", "RAS"]),
+            ("needs --tolerance", ["convert", *raw, "--codec", "zfp"]),
+            ("--codec zfp", ["convert", *raw, "--tolerance", "1"]),
+            ("needs --tolerance", ["synth", "ct", "--size", "4x4x4", "--codec", "zfp", "-o", "a.brick"]),
             ("needs a value", ["convert", *raw, "--spacing"]),
             ("--frobnicate", ["convert", *raw, "--frobnicate"]),
             ("--quiet=1", ["convert", *raw, "--quiet=1"]),
@@ -78,9 +83,27 @@ class Usage(cli.Case):
             ("--camera", ["render", "a.brick", "-o", "a.exr", "--camera", "0,0", "--eye", "1,2,3"]),
             ("--eye", ["render", "a.brick", "-o", "a.exr", "--look", "1,2,3"]),
             ("--ortho", ["render", "a.brick", "-o", "a.exr", "--fov", "30", "--ortho", "100"]),
-            ("exact", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--mode", "mip"]),
+            ("exact", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--mode", "iso", "--iso", "1",
+                       "--refinements", "3"]),
+            ("preclassified", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--mode", "mip", "--field",
+                               "preclassified"]),
+            ("--field", ["render", "a.brick", "-o", "a.exr", "--field", "tetrahedra"]),
+            ("--clip", ["render", "a.brick", "-o", "a.exr", "--clip", "1,0,0,5"]),
+            ("four numbers", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--clip", "1,0,0"]),
+            ("normal", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--clip", "0,0,0,1"]),
+            ("6 times", ["render", "a.brick", "-o", "a.exr", "--method", "exact", *["--clip", "1,0,0,5"] * 7]),
             ("exact", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--step", "0.5"]),
             ("exact", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--context", "egl"]),
+            ("--mode iso only", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace"]),
+            ("as many", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1,2",
+                         "--iso-opacity", "1"]),
+            ("--step", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1",
+                        "--step", "1"]),
+            ("--context", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1",
+                           "--context", "egl"]),
+            ("isotrace", ["render", "a.brick", "-o", "a.exr", "--mode", "iso", "--iso", "1,2"]),
+            ("isotrace", ["render", "a.brick", "-o", "a.exr", "--mode", "iso", "--iso", "1", "--shadows"]),
+            ("isotrace", ["render", "a.brick", "-o", "a.exr", "--mode", "iso", "--iso", "1", "--light", "1,0,0"]),
             ("no output", ["render", "a.brick"]),
             ("two pictures", ["compare", "a.exr"]),
             ("no size", ["synth", "ct", "-o", "a.brick"]),

@@ -16,6 +16,20 @@ static int read_memory(struct brick_source *base, uint64_t z, uint64_t count, vo
     return BRICK_OK;
 }
 
+static int read_box_of_memory(struct brick_source *base, const uint64_t lo[3], const uint64_t hi[3],
+                              void *dst, struct brick_error *err)
+{
+    (void)err;
+    struct memory_source *s = (struct memory_source *)base;
+    const uint64_t *n = base->geometry.dims;
+    size_t width = brick_type_bytes(base->type), line = (size_t)(hi[0] - lo[0]) * width;
+    unsigned char *to = dst;
+    for (uint64_t z = lo[2]; z < hi[2]; z++)
+        for (uint64_t y = lo[1]; y < hi[1]; y++, to += line)
+            memcpy(to, (const unsigned char *)s->voxels + ((z * n[1] + y) * n[0] + lo[0]) * width, line);
+    return BRICK_OK;
+}
+
 static void destroy_nothing(struct brick_source *base)
 {
     (void)base;
@@ -34,6 +48,7 @@ void memory_source_init(struct memory_source *source, enum brick_type type, uint
     source->base.geometry.slope = 1.0;
     source->base.provenance = "format: memory\n";
     source->base.read = read_memory;
+    source->base.read_box = read_box_of_memory;
     source->base.destroy = destroy_nothing;
     source->voxels = voxels;
 }

@@ -10,8 +10,8 @@ struct memory_source {
     const void *voxels;
 };
 
-/* Spacing 1 mm, identity affine, slope 1, intercept 0; change base.geometry afterwards at will. voxels stay
- * the caller's. */
+/* It can read boxes: base.read_box = NULL takes that away. Spacing 1 mm, identity affine, slope 1, intercept
+ * 0; change base.geometry afterwards at will. voxels stay the caller's. */
 void memory_source_init(struct memory_source *source, enum brick_type type, uint64_t nx, uint64_t ny,
                         uint64_t nz, const void *voxels);
 

@@ -46,6 +46,8 @@ static void difference_is_by_definition(void **state)
     assert_int_equal(d.max_y, 1);
     assert_int_equal(d.max_channel, 1);
     assert_int_equal(d.pixels_differing, 2);
+    assert_int_equal(d.covered_only_a, 1);
+    assert_int_equal(d.covered_only_b, 0);
     assert_true(fabs(d.rmse - sqrt((0.25 + 0.0625 + 0.0625) / 24.0)) < 1e-16);
     assert_true(fabs(d.psnr_db + 20.0 * log10(d.rmse)) < 1e-12);
 
@@ -53,7 +55,10 @@ static void difference_is_by_definition(void **state)
     assert_int_equal(brick_image_compare(&a, &b, &d, NULL), BRICK_OK);
     assert_true(d.max_abs == 0.5);
     b.rgba[6] = NAN;
+    b.rgba[3] = b.rgba[7] = b.rgba[(1 * 3 + 2) * 4 + 3] = 1.0f;
     assert_int_equal(brick_image_compare(&a, &b, &d, NULL), BRICK_OK);
+    assert_int_equal(d.covered_only_a, 0);
+    assert_int_equal(d.covered_only_b, 2);
     assert_true(isinf(d.max_abs) && isinf(d.rmse));
     brick_image_finish(&a);
     brick_image_finish(&b);

@@ -17,29 +17,66 @@ struct brick_build_params {
     uint32_t edge, border, macrocell;
     enum brick_codec codec;
     int codec_level;       /* 1..9 */
+    double tolerance;      /* lossy codecs, above 0: no voxel is off by more, in physical units */
     bool nearest;          /* coarser levels take voxel 2i instead of averaging (labels) */
     bool round_to_f32;     /* u32, i32, f64 values that f32 cannot hold are rounded; else BRICK_ERR_INEXACT */
-    uint64_t memory_bytes; /* budget of the slabs and queues; BRICK_ERR_MEMORY names what would do */
-    unsigned threads;      /* 0: one a core */
+    uint64_t memory_bytes; /* budget of everything; BRICK_ERR_MEMORY names what would do */
+    unsigned threads;      /* that encode, 0: one a core; two more read and write */
+    bool plain;            /* no vectorised loops: the same file, slower */
     void (*progress)(void *context, uint64_t slices_done, uint64_t slices); /* may be NULL */
     void *progress_context;
 };
 extern const struct brick_build_params brick_build_defaults;
 
+/* What a conversion does to every voxel. Times are summed over threads: on a core for what is computed, on
+ * the wall for what waits for disks (read, spool, write, finish). Bytes: of voxels for what is done to voxels
+ * (borders and coarser levels included), of encoded bricks for writing. */
+enum brick_build_stage {
+    BRICK_STAGE_READ,   /* the source */
+    BRICK_STAGE_GATHER, /* bricks with their borders */
+    BRICK_STAGE_RANGES, /* of macrocells and bricks */
+    BRICK_STAGE_COUNT,  /* statistics */
+    BRICK_STAGE_COMPRESS,
+    BRICK_STAGE_DOWNSAMPLE, /* bytes of the finer level */
+    BRICK_STAGE_SPOOL,      /* levels that wait in scratch files, written and read */
+    BRICK_STAGE_WRITE,      /* checksums and payloads */
+    BRICK_STAGE_FINISH,     /* coarser levels and tables behind level 0, sync, rename */
+    BRICK_STAGES
+};
+
+struct brick_build_cost {
+    uint64_t ns, bytes;
+};
+
 struct brick_build_report {
     uint64_t input_bytes;  /* voxels read, in bytes of the source's type */
     uint64_t output_bytes; /* the file */
     uint64_t bricks, bricks_constant;
-    uint64_t memory_bytes; /* of slabs and queues */
-    bool converted;        /* source type was u32, i32 or f64 and the file holds f32 */
+    uint64_t memory_bytes;  /* of everything, as planned */
+    unsigned threads;       /* that encoded */
+    bool tiled;             /* rows of bricks did not fit: level 0 was read in tiles, their borders twice */
+    uint64_t spooled_bytes; /* of voxels that waited in scratch files */
+    struct brick_build_cost stage[BRICK_STAGES];
+    uint64_t wait_read_ns;  /* the encoding threads waited for the source, all together */
+    uint64_t wait_write_ns; /* and for the writer */
+    bool converted;         /* source type was u32, i32 or f64 and the file holds f32 */
     double seconds;
 };
 
+/* "read", "gather", ... */
+const char *brick_build_stage_name(enum brick_build_stage stage);
+/* The stage that limits: reading, writing or finishing where the encoding threads waited for it longer than
+ * they worked, else the one on which they spent most. */
+enum brick_build_stage brick_build_limit(const struct brick_build_report *report);
+
+/* The file's bytes depend on the source and on params' layout and codec alone: not on threads, memory or
+ * plain. */
 int brick_build(struct brick_source *source, const char *path, const struct brick_build_params *params,
                 struct brick_build_report *report, struct brick_error *err);
 
 /* Compare a file with itself: checksums of every brick (tables were checked on opening), ranges, masks and
- * macrocells against the voxels, borders against the neighbour's core, statistics against level 0.
+ * macrocells against the voxels, borders against the neighbour's core (within twice the tolerance of a lossy
+ * file, which reads each brick up to four times), statistics against level 0.
  * The first contradiction is the error. */
 int brick_check(const struct brick_volume *volume, unsigned threads,
                 void (*progress)(void *context, uint64_t done, uint64_t bricks), void *progress_context,

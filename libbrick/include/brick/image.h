@@ -28,6 +28,7 @@ struct brick_image_difference {
     double rmse;
     double psnr_db; /* peak 1; infinite when equal */
     uint64_t pixels_differing;
+    uint64_t covered_only_a, covered_only_b; /* alpha is above 0 in that picture only: of isosurfaces, hits */
 };
 /* BRICK_ERR_ARGUMENT when the sizes differ. A NaN in either counts as an infinite difference unless both are
  * NaN. */

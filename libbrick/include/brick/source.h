@@ -23,6 +23,11 @@ struct brick_source {
     /* Read slices [z, z + count) to dst (count * dims[0] * dims[1] voxels). Called with z ascending, every
      * slice once. One caller at a time. */
     int (*read)(struct brick_source *source, uint64_t z, uint64_t count, void *dst, struct brick_error *err);
+    /* Read voxels [lo, hi) to dst, x fastest, no padding: for volumes of which few slices fit into memory. In
+     * any order, any number of times, never together with read. NULL where the source can only be read from
+     * front to back. One caller at a time. */
+    int (*read_box)(struct brick_source *source, const uint64_t lo[3], const uint64_t hi[3], void *dst,
+                    struct brick_error *err);
     void (*destroy)(struct brick_source *source);
 };
 

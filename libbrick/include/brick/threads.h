@@ -2,6 +2,8 @@
 #ifndef BRICK_THREADS_H
 #define BRICK_THREADS_H
 
+#include <pthread.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #include <brick/error.h>
@@ -26,10 +28,16 @@ typedef int brick_pool_job(void *context, uint64_t item, unsigned worker, struct
 int brick_pool_run(struct brick_pool *pool, uint64_t n, brick_pool_job *job, void *context,
                    struct brick_error *err);
 
+/* One thread with a stack of 1 MiB (the pool's have that, too), to be joined with pthread_join. false:
+ * refused. */
+bool brick_thread_start(pthread_t *id, void *(*run)(void *context), void *context);
+
 /* Cores this process may use, at least 1. */
 unsigned brick_cores(void);
 /* Monotonic time in nanoseconds. */
 uint64_t brick_now_ns(void);
+/* Time that the calling thread has spent on a core, in nanoseconds. */
+uint64_t brick_thread_ns(void);
 /* Peak resident set of this process in bytes (getrusage). */
 uint64_t brick_peak_rss_bytes(void);
 

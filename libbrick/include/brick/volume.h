@@ -50,6 +50,9 @@ const struct brick_stats *brick_volume_stats(const struct brick_volume *volume);
 const char *brick_volume_provenance(const struct brick_volume *volume);
 const char *brick_volume_path(const struct brick_volume *volume);
 uint64_t brick_volume_file_bytes(const struct brick_volume *volume);
+/* How far stored voxels may be from the converted ones, in physical units; 0: not at all. Borders of
+ * neighbouring bricks may then differ by twice that. */
+double brick_volume_tolerance(const struct brick_volume *volume);
 /* id < grid->bricks. Entries of consecutive bricks lie one behind the other. */
 const struct brick_entry *brick_volume_entry(const struct brick_volume *volume, uint64_t id);
 /* Range of a brick in physical values; false (and lo > hi) when no voxel is finite. */

@@ -13,6 +13,13 @@
 
 enum vr_context_kind { VR_CONTEXT_AUTO, VR_CONTEXT_EGL, VR_CONTEXT_OSMESA };
 
+/* Keeps the points of the world with normal . x >= offset. */
+struct vr_plane {
+    double normal[3]; /* of any length but 0 */
+    double offset_mm; /* times the normal's length */
+};
+#define VR_MAX_CLIP_PLANES 6
+
 /* What is in the picture. Plain values; the transfer function stays the caller's and lives for the call. */
 struct vr_scene {
     enum brick_mode mode;
@@ -25,6 +32,9 @@ struct vr_scene {
     uint32_t level;
     /* Blinn-Phong, headlight, two-sided (shaded, iso). */
     double ambient, diffuse, specular, shininess;
+    /* Only what all of them keep is there; an isosurface has no caps where it is cut. */
+    struct vr_plane clip[VR_MAX_CLIP_PLANES];
+    uint32_t clip_count;
 };
 extern const struct vr_scene vr_scene_defaults;
 
@@ -67,20 +77,95 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
 
 /* GPU raycasting, in passes: bricks that rays need come from the file between them, into caches of any size
  * that holds a brick; the picture is the same bytes for all sizes. Bricks stay for the next picture. image
- * has scene->width x scene->height. Errors of reading name the brick; the image is then undefined. */
+ * has scene->width x scene->height. Errors of reading name the brick; the image is then undefined.
+ * BRICK_ERR_UNSUPPORTED for clip planes. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 
-/* The exact reference, on the CPU in double precision: mode dvr, right to 1e-10 absolute per channel before
- * rounding to float32; no step size. BRICK_ERR_UNSUPPORTED for other modes. */
+/* What is interpolated between voxels. Other fields than the trilinear one are what some methods converge to;
+ * gradients are the trilinear field's in all of them. */
+enum vr_field {
+    VR_FIELD_TRILINEAR,
+    VR_FIELD_TETRAHEDRA,   /* linear on five tetrahedra a cell (Maximo et al. 2008, section 4.1) */
+    VR_FIELD_PRECLASSIFIED /* trilinear in the colour and, apart from it, the extinction of classified voxels
+                              (Wilson et al. 1994); dvr and shaded only */
+};
+
+/* The exact reference, on the CPU in double precision; no step size. dvr and shaded are right to 1e-10
+ * absolute per channel before rounding to float32, iso and mip to the rounding of double. iso: the first t
+ * where the side of the isovalue changes, f >= V being above; cells with a corner that is not finite have no
+ * side and bound no surface. BRICK_ERR_UNSUPPORTED for iso and mip of pre-classified voxels. */
 struct vr_exact_params {
     uint64_t host_cache_bytes;
     unsigned threads;
     double tolerance; /* absolute, per channel and ray */
+    enum vr_field field;
+    double *hit_mm; /* iso: t of every pixel's hit (brick/camera.h), infinite where there is none; width *
+                       height, the caller's; NULL: not wanted */
 };
 extern const struct vr_exact_params vr_exact_defaults;
 int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *scene,
                     const struct vr_exact_params *params, struct brick_image *image, struct vr_report *report,
                     struct brick_error *err);
+
+/* Isosurfaces by ray tracing on the CPU, straight from the bricks (Parker, Shirley, Livnat, Hansen and Sloan,
+ * "Interactive Ray Tracing for Isosurface Rendering", 1998). Of the scene it takes all but mode; isovalue,
+ * transfer and iso_rgb give the surface when params->surface_count is 0: opaque, coloured by the transfer
+ * function there.
+ *
+ * The hit is where the trilinear field itself changes side, no step size: the cubic along the ray in its cell
+ * is solved in double precision. No ray slips between cells, and the picture has the same bytes for every
+ * size of bricks, macrocells and cache, any number of threads, and with skipping on or off. */
+#define VR_ISO_MAX_SURFACES 16
+struct vr_iso_surface {
+    double isovalue; /* physical, finite */
+    double rgb[3];   /* linear */
+    double opacity;  /* of one crossing, [0,1] */
+};
+
+/* How a brick's voxels lie in memory while rays read them. All but the first hold the whole level in memory,
+ * within host_cache_bytes, and are there to be measured against it. */
+enum vr_iso_layout {
+    VR_ISO_BRICKS, /* as decoded: x fastest inside a brick */
+    VR_ISO_TILED,  /* two levels of tiles inside a brick, through address tables (the paper's appendix B) */
+    VR_ISO_FLAT /* no bricks: the level as one array, x fastest, and no hierarchy (the paper's "initial") */
+};
+
+/* Where the time went, as samples of what the threads were doing (the paper's table 1). */
+struct vr_iso_profile {
+    uint64_t traversal, intersection, shading;
+};
+
+struct vr_isotrace_params {
+    const struct vr_iso_surface *surfaces; /* seen through one another in their order along each ray */
+    uint32_t surface_count;                /* up to VR_ISO_MAX_SURFACES */
+    bool shadows;                          /* surfaces keep the light from each other, each by its opacity */
+    bool lit; /* light is given; otherwise the light is at the eye, for shadows above the eye's left shoulder
+               */
+    double light[3];                /* from the volume towards the light, world; parallel light */
+    double termination;             /* a ray ends where its transmittance falls below, [0,1) */
+    bool skip;                      /* the hierarchy of bricks and macrocells; off: cell after cell */
+    struct vr_iso_profile *profile; /* may be NULL; added to. Takes a thread of its own */
+};
+extern const struct vr_isotrace_params vr_isotrace_defaults;
+
+/* A volume's cache of bricks and threads, kept from frame to frame. One caller at a time. */
+struct vr_isotracer;
+struct vr_isotracer_params {
+    uint64_t host_cache_bytes; /* room for one brick at least; no more threads run than it has bricks */
+    unsigned threads;          /* 0: one a core */
+    enum vr_iso_layout layout;
+};
+extern const struct vr_isotracer_params vr_isotracer_defaults;
+int vr_isotracer_create(struct vr_isotracer **tracer, const struct brick_volume *volume,
+                        const struct vr_isotracer_params *params, struct brick_error *err);
+void vr_isotracer_destroy(struct vr_isotracer **tracer);
+
+/* image has scene->width x scene->height. BRICK_ERR_ARGUMENT for what the structs above exclude, and
+ * BRICK_ERR_UNSUPPORTED for clip planes, and the errors of reading bricks. report->samples counts the cells
+ * whose cubic was formed. */
+int vr_render_isotrace(struct vr_isotracer *tracer, const struct vr_scene *scene,
+                       const struct vr_isotrace_params *params, struct brick_image *image,
+                       struct vr_report *report, struct brick_error *err);
 
 #endif

@@ -1,0 +1,364 @@
+/* Isosurfaces by ray tracing: from a scene to a picture (Parker et al. 1998).
+ *
+ * Tiles of 32 x 4 pixels wait in a queue; each thread takes as many as are left divided by twice the threads,
+ * so that grants are large at first and single tiles at the end (section 2.2). A pixel depends on nothing but
+ * its own ray: neither threads nor cache change a bit. */
+#include <renderer/renderer.h>
+
+#include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <brick/checked.h>
+#include <brick/threads.h>
+
+#include "layout.h"
+#include "pins.h"
+#include "shade.h"
+#include "split.h"
+
+enum { TILE_WIDTH = 32, TILE_HEIGHT = 4, TILE_PIXELS = TILE_WIDTH * TILE_HEIGHT };
+
+const struct vr_isotracer_params vr_isotracer_defaults = {.host_cache_bytes = UINT64_C(1) << 30};
+const struct vr_isotrace_params vr_isotrace_defaults = {.termination = 1e-4, .skip = true};
+
+struct worker {
+    struct vr_iso_activity activity;
+    struct vr_iso_pin pin;
+    struct vr_iso_walk walk[TILE_PIXELS], shadow[TILE_PIXELS];
+    struct brick_ray ray[TILE_PIXELS];
+};
+
+struct vr_isotracer {
+    const struct brick_volume *volume;
+    const struct brick_grid *grid;
+    uint64_t budget_bytes;
+    struct brick_cache *cache;
+    struct brick_pool *pool;
+    struct worker *workers;
+    unsigned threads;
+    struct vr_iso_layout_copy copy;
+};
+
+struct picture {
+    struct vr_isotracer *tracer;
+    struct vr_iso_frame frame;
+    struct vr_iso_shading shading;
+    struct brick_view view;
+    struct brick_image *image;
+    uint32_t tiles_x, tiles;
+    atomic_uint_fast32_t next; /* tiles handed out */
+    atomic_bool stop;          /* a thread has failed */
+};
+
+int vr_isotracer_create(struct vr_isotracer **out, const struct brick_volume *volume,
+                        const struct vr_isotracer_params *params, struct brick_error *err)
+{
+    const struct brick_grid *grid = brick_volume_grid(volume);
+    uint64_t bricks = params->host_cache_bytes / brick_grid_max_payload_bytes(grid);
+    unsigned threads = params->threads ? params->threads : brick_cores();
+    *out = NULL;
+    struct vr_isotracer *t = calloc(1, sizeof *t);
+    if (!t)
+        return brick_fail(err, BRICK_ERR_MEMORY, "isotrace: out of memory");
+    t->volume = volume;
+    t->grid = grid;
+    t->budget_bytes = params->host_cache_bytes;
+    t->copy.layout = params->layout;
+    int code = brick_cache_create(&t->cache, volume, params->host_cache_bytes, err);
+    if (code)
+        goto fail;
+    if (threads > bricks)
+        threads = (unsigned)bricks;
+    code = brick_pool_create(&t->pool, threads, err);
+    if (code)
+        goto fail;
+    t->workers = calloc(threads, sizeof *t->workers);
+    if (!t->workers) {
+        code = brick_fail(err, BRICK_ERR_MEMORY, "isotrace: no memory for %u threads", threads);
+        goto fail;
+    }
+    t->threads = threads;
+    *out = t;
+    return BRICK_OK;
+fail:
+    vr_isotracer_destroy(&t);
+    return code;
+}
+
+void vr_isotracer_destroy(struct vr_isotracer **tracer)
+{
+    struct vr_isotracer *t = *tracer;
+    if (!t)
+        return;
+    for (unsigned i = 0; i < t->threads; i++)
+        for (int k = 0; k < TILE_PIXELS; k++) {
+            vr_iso_walk_finish(&t->workers[i].walk[k]);
+            vr_iso_walk_finish(&t->workers[i].shadow[k]);
+        }
+    free(t->workers);
+    vr_iso_layout_finish(&t->copy);
+    brick_pool_destroy(&t->pool);
+    brick_cache_destroy(&t->cache);
+    free(t);
+    *tracer = NULL;
+}
+
+static int trace_shadows(struct worker *w, struct vr_iso_hit *const *lit, size_t n, struct brick_error *err)
+{
+    int code = vr_iso_trace(w->shadow, n, &w->pin, err);
+    for (size_t i = 0; i < n && !code; i++)
+        lit[i]->light = w->shadow[i].transmittance;
+    return code;
+}
+
+/* How much of the light reaches each of the tile's hits. */
+static int cast_shadows(const struct picture *p, struct worker *w, size_t n, struct brick_error *err)
+{
+    struct vr_iso_hit *lit[TILE_PIXELS];
+    size_t waiting = 0;
+    int code = BRICK_OK;
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < w->walk[i].hit_count && !code; k++) {
+            struct brick_ray to_light;
+            double enter, leave;
+            lit[waiting] = &w->walk[i].hits[k];
+            if (!vr_iso_shadow_ray(&p->shading, &w->ray[i], lit[waiting], &to_light, &enter, &leave))
+                continue;
+            vr_iso_start(&w->shadow[waiting], &to_light, enter, leave);
+            if (++waiting == TILE_PIXELS) {
+                code = trace_shadows(w, lit, waiting, err);
+                waiting = 0;
+            }
+        }
+    return code ? code : trace_shadows(w, lit, waiting, err);
+}
+
+static int render_tile(const struct picture *p, struct worker *w, uint32_t tile, struct brick_error *err)
+{
+    uint32_t x0 = tile % p->tiles_x * TILE_WIDTH, y0 = tile / p->tiles_x * TILE_HEIGHT;
+    float *rgba[TILE_PIXELS];
+    size_t n = 0;
+    for (uint32_t y = y0; y < y0 + TILE_HEIGHT && y < p->image->height; y++)
+        for (uint32_t x = x0; x < x0 + TILE_WIDTH && x < p->image->width; x++) {
+            double enter, leave;
+            rgba[n] = &p->image->rgba[((size_t)y * p->image->width + x) * 4];
+            memset(rgba[n], 0, 4 * sizeof *rgba[n]);
+            brick_view_ray(&p->view, x, y, &w->ray[n]);
+            if (!brick_ray_span(&w->ray[n], p->frame.grid, &enter, &leave))
+                continue;
+            vr_iso_start(&w->walk[n], &w->ray[n], enter, leave);
+            n++;
+        }
+    int code = vr_iso_trace(w->walk, n, &w->pin, err);
+    vr_iso_now(&w->activity, VR_ISO_SHADING);
+    if (!code && p->shading.shadows)
+        code = cast_shadows(p, w, n, err);
+    for (size_t i = 0; i < n && !code; i++)
+        if (w->walk[i].hit_count)
+            vr_iso_shade(&p->shading, &w->walk[i], &w->ray[i], rgba[i]);
+    vr_iso_now(&w->activity, VR_ISO_TRAVERSAL);
+    return code;
+}
+
+/* The next grant: tiles [*first, return value). */
+static uint32_t take_grant(struct picture *p, uint32_t *first)
+{
+    uint_fast32_t at = atomic_load(&p->next), end;
+    do {
+        uint_fast32_t share = (p->tiles - at) / (2 * p->tracer->threads);
+        end = at + (share ? share : 1);
+        if (at >= p->tiles)
+            end = at;
+    } while (!atomic_compare_exchange_weak(&p->next, &at, end));
+    *first = (uint32_t)at;
+    return (uint32_t)end;
+}
+
+static int work(void *context, uint64_t item, unsigned worker, struct brick_error *err)
+{
+    struct picture *p = context;
+    uint32_t tile, end;
+    (void)item;
+    while (tile = 0, end = take_grant(p, &tile), tile < end)
+        for (; tile < end && !atomic_load_explicit(&p->stop, memory_order_relaxed); tile++) {
+            int code = render_tile(p, &p->tracer->workers[worker], tile, err);
+            if (code) {
+                atomic_store(&p->stop, true);
+                return code;
+            }
+        }
+    return BRICK_OK;
+}
+
+static int check(const struct brick_grid *grid, const struct vr_scene *scene,
+                 const struct vr_isotrace_params *params, const struct brick_image *image,
+                 struct brick_error *err)
+{
+    if (scene->level >= grid->levels)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "there is no level %u; the last is %u", scene->level,
+                          grid->levels - 1);
+    if (image->width != scene->width || image->height != scene->height)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "the image's size is not the scene's");
+    if (scene->clip_count > 0)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
+                          "isotrace does not cut at clip planes; the exact method does");
+    if (params->surface_count > VR_ISO_MAX_SURFACES)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "%u isosurfaces are more than %d", params->surface_count,
+                          VR_ISO_MAX_SURFACES);
+    if (!(params->termination >= 0.0 && params->termination < 1.0))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "the termination %g is not in [0,1)", params->termination);
+    for (uint32_t k = 0; k < params->surface_count; k++)
+        if (!isfinite(params->surfaces[k].isovalue) ||
+            !(params->surfaces[k].opacity >= 0.0 && params->surfaces[k].opacity <= 1.0))
+            return brick_fail(err, BRICK_ERR_ARGUMENT,
+                              "isosurface %u: the value is not finite, or the opacity not "
+                              "in [0,1]",
+                              k);
+    if (!params->surface_count && !isfinite(scene->isovalue))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "the isovalue is not finite");
+    const double *l = params->light;
+    if (params->lit && !(isfinite(l[0] + l[1] + l[2]) && (l[0] != 0.0 || l[1] != 0.0 || l[2] != 0.0)))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "the direction to the light is zero or not finite");
+    return BRICK_OK;
+}
+
+static void set_surfaces(struct picture *p, const struct vr_scene *scene,
+                         const struct vr_isotrace_params *params)
+{
+    struct vr_iso_surface one = {.isovalue = scene->isovalue, .opacity = 1.0};
+    double sigma;
+    memcpy(one.rgb, scene->iso_rgb, sizeof one.rgb);
+    if (scene->transfer)
+        brick_transfer_eval(scene->transfer, scene->isovalue, one.rgb, &sigma);
+    p->frame.surfaces = params->surface_count ? params->surface_count : 1;
+    for (uint32_t k = 0; k < p->frame.surfaces; k++) {
+        const struct vr_iso_surface *s = params->surface_count ? &params->surfaces[k] : &one;
+        p->frame.surface[k] = (struct vr_iso_level){.isovalue = s->isovalue, .opacity = s->opacity};
+        vr_iso_split(p->frame.grid, &p->frame.surface[k]);
+        memcpy(p->shading.rgb[k], s->rgb, sizeof s->rgb);
+    }
+}
+
+/* Bricks through which a surface may pass, from the index. */
+static uint64_t find_active(const struct picture *p, uint64_t bricks, uint8_t *active)
+{
+    uint64_t count = 0;
+    for (uint64_t b = 0; b < bricks; b++) {
+        const struct brick_entry *e = brick_volume_entry(p->tracer->volume, p->frame.level->first_brick + b);
+        active[b] = !p->frame.skip;
+        for (uint32_t k = 0; k < p->frame.surfaces; k++)
+            active[b] |= e->min < p->frame.surface[k].split && e->max >= p->frame.surface[k].split;
+        count += active[b];
+    }
+    return count;
+}
+
+struct sampler {
+    struct vr_isotracer *tracer;
+    struct vr_iso_profile *profile;
+    atomic_bool stop;
+};
+
+static void *sample_phases(void *argument)
+{
+    struct sampler *s = argument;
+    const struct timespec pause = {.tv_nsec = 50000};
+    while (!atomic_load(&s->stop)) {
+        nanosleep(&pause, NULL);
+        for (unsigned i = 0; i < s->tracer->threads; i++)
+            switch (atomic_load_explicit(&s->tracer->workers[i].activity.phase, memory_order_relaxed)) {
+            case VR_ISO_TRAVERSAL:
+                s->profile->traversal++;
+                break;
+            case VR_ISO_INTERSECTION:
+                s->profile->intersection++;
+                break;
+            default:
+                s->profile->shading++;
+            }
+    }
+    return NULL;
+}
+
+static int run(struct picture *p, struct vr_iso_profile *profile, struct brick_error *err)
+{
+    struct sampler sampler = {.tracer = p->tracer, .profile = profile};
+    pthread_t thread;
+    bool sampling = profile && pthread_create(&thread, NULL, sample_phases, &sampler) == 0;
+    if (profile && !sampling)
+        return brick_fail(err, BRICK_ERR_MEMORY, "isotrace: the system refuses a thread for the profile");
+    int code = brick_pool_run(p->tracer->pool, p->tracer->threads, work, p, err);
+    if (sampling) {
+        atomic_store(&sampler.stop, true);
+        pthread_join(thread, NULL);
+    }
+    return code;
+}
+
+int vr_render_isotrace(struct vr_isotracer *t, const struct vr_scene *scene,
+                       const struct vr_isotrace_params *params, struct brick_image *image,
+                       struct vr_report *report, struct brick_error *err)
+{
+    uint64_t started_ns = brick_now_ns(), bricks, active_count, cells = 0;
+    struct brick_cache_counters before, after;
+    struct picture p = {.tracer = t, .image = image};
+    uint8_t *active = NULL;
+
+    int code = check(t->grid, scene, params, image, err);
+    if (!code)
+        code = brick_view_init(&p.view, &scene->camera, t->grid, scene->width, scene->height, err);
+    if (!code)
+        code = vr_iso_layout_make(&t->copy, t->volume, scene->level, t->budget_bytes, err);
+    if (code)
+        return code;
+    p.frame.grid = t->grid;
+    p.frame.level = &t->grid->level[scene->level];
+    p.frame.kernel = vr_iso_kernel_of(t->grid->type, t->copy.layout == VR_ISO_TILED);
+    p.frame.termination = params->termination;
+    p.frame.skip = params->skip;
+    p.frame.flat = t->copy.layout == VR_ISO_FLAT ? t->copy.blocks : NULL;
+    vr_iso_shading_init(&p.shading, t->grid, scene, params);
+    set_surfaces(&p, scene, params);
+    p.tiles_x = (image->width + TILE_WIDTH - 1) / TILE_WIDTH;
+    p.tiles = p.tiles_x * ((image->height + TILE_HEIGHT - 1) / TILE_HEIGHT);
+    if (!brick_mul3_u64(p.frame.level->bricks[0], p.frame.level->bricks[1], p.frame.level->bricks[2],
+                        &bricks) ||
+        !(active = malloc((size_t)bricks)))
+        return brick_fail(err, BRICK_ERR_MEMORY, "isotrace: no memory for the states of the level's bricks");
+    active_count = find_active(&p, bricks, active);
+    p.frame.active = active;
+    for (unsigned i = 0; i < t->threads; i++) {
+        struct worker *w = &t->workers[i];
+        w->pin.grid = t->grid;
+        w->pin.cache = t->cache;
+        w->pin.tiled = t->copy.layout == VR_ISO_TILED ? t->copy.blocks : NULL;
+        w->pin.tiled_first = p.frame.level->first_brick;
+        w->activity.cells = 0;
+        for (int k = 0; k < TILE_PIXELS; k++) {
+            w->walk[k].frame = w->shadow[k].frame = &p.frame;
+            w->walk[k].activity = w->shadow[k].activity = &w->activity;
+            w->walk[k].want_gradient = true;
+        }
+    }
+    brick_cache_count(t->cache, &before);
+    code = run(&p, params->profile, err);
+    brick_cache_count(t->cache, &after);
+    for (unsigned i = 0; i < t->threads; i++) {
+        vr_iso_pin_release(&t->workers[i].pin);
+        cells += t->workers[i].activity.cells;
+    }
+    free(active);
+    if (!code && report)
+        *report = (struct vr_report){.passes = 1,
+                                     .bricks_total = bricks,
+                                     .bricks_active = active_count,
+                                     .bricks_loaded = after.loads - before.loads,
+                                     .bytes_read = after.bytes_read - before.bytes_read,
+                                     .samples = cells,
+                                     .seconds_frame = (double)(brick_now_ns() - started_ns) * 1e-9};
+    return code;
+}

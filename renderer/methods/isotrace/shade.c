@@ -1,0 +1,151 @@
+/* Blinn-Phong, two-sided, and shadows. With the light at the eye it is shaders/shading.glsl, in double.
+ *
+ * A shadow ray starts one voxel edge from its hit: nearer, the hit's own cell, whose facets are not quite
+ * where the smooth normal says they are, would speckle the surface with its own shadow. */
+#include "shade.h"
+
+#include <math.h>
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static bool normalize(double v[3])
+{
+    double largest = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
+    if (!(largest > 0.0))
+        return false;
+    for (int i = 0; i < 3; i++)
+        v[i] /= largest;
+    double length = sqrt(dot(v, v));
+    for (int i = 0; i < 3; i++)
+        v[i] /= length;
+    return true;
+}
+
+/* A light that casts shadows to be seen: from the eye, half as far again up and to the left. */
+static void over_the_shoulder(const struct brick_camera *c, double light[3])
+{
+    double back[3], up[3], left[3];
+    for (int i = 0; i < 3; i++) {
+        back[i] = c->eye_mm[i] - c->look_mm[i];
+        up[i] = c->up[i];
+    }
+    normalize(back);
+    for (int i = 0; i < 3; i++)
+        left[i] = back[(i + 1) % 3] * up[(i + 2) % 3] - back[(i + 2) % 3] * up[(i + 1) % 3];
+    normalize(left);
+    for (int i = 0; i < 3; i++)
+        up[i] = left[(i + 1) % 3] * back[(i + 2) % 3] - left[(i + 2) % 3] * back[(i + 1) % 3];
+    for (int i = 0; i < 3; i++)
+        light[i] = back[i] + 0.5 * up[i] + 0.5 * left[i];
+}
+
+void vr_iso_shading_init(struct vr_iso_shading *s, const struct brick_grid *grid,
+                         const struct vr_scene *scene, const struct vr_isotrace_params *params)
+{
+    const struct brick_level *level = &grid->level[scene->level];
+    double inverse[3][4], spacing[3];
+    *s = (struct vr_iso_shading){.grid = grid,
+                                 .ambient = scene->ambient,
+                                 .diffuse = scene->diffuse,
+                                 .specular = scene->specular,
+                                 .shininess = scene->shininess,
+                                 .headlight = !params->lit && !params->shadows,
+                                 .shadows = params->shadows};
+    brick_affine_invert(grid->affine, inverse);
+    brick_grid_spacing_mm(grid, spacing);
+    s->shadow_start_mm = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            s->linear[i][j] = grid->affine[i][j];
+            s->normal[i][j] = inverse[j][i] / level->scale[j];
+        }
+        s->shadow_start_mm = fmin(s->shadow_start_mm, spacing[i] * level->scale[i]);
+        s->light[i] = params->light[i];
+    }
+    if (s->headlight)
+        return;
+    if (!params->lit)
+        over_the_shoulder(&scene->camera, s->light);
+    normalize(s->light);
+    for (int i = 0; i < 3; i++)
+        s->light_direction[i] = dot(inverse[i], s->light);
+}
+
+/* The normal, and its cosines with view and light, two-sided. False: the hit has no normal. */
+static bool facing_light(const struct vr_iso_shading *s, const double view[3], const struct vr_iso_hit *hit,
+                         double n[3], double *diffuse)
+{
+    for (int i = 0; i < 3; i++)
+        n[i] = dot(s->normal[i], hit->gradient);
+    if (!normalize(n))
+        return false;
+    double side = dot(n, view) > 0.0 ? -1.0 : 1.0; /* turned to the eye's side */
+    for (int i = 0; i < 3; i++)
+        n[i] *= side;
+    *diffuse = s->headlight ? -dot(n, view) : dot(n, s->light);
+    *diffuse = fmax(0.0, fmin(*diffuse, 1.0));
+    return *diffuse > 0.0;
+}
+
+static void view_of(const struct vr_iso_shading *s, const struct brick_ray *ray, double view[3])
+{
+    for (int i = 0; i < 3; i++)
+        view[i] = dot(s->linear[i], ray->direction);
+}
+
+bool vr_iso_shadow_ray(const struct vr_iso_shading *s, const struct brick_ray *ray,
+                       const struct vr_iso_hit *hit, struct brick_ray *to_light, double *enter_mm,
+                       double *leave_mm)
+{
+    double view[3], n[3], diffuse;
+    view_of(s, ray, view);
+    if (!facing_light(s, view, hit, n, &diffuse))
+        return false;
+    for (int i = 0; i < 3; i++) {
+        to_light->origin[i] = ray->origin[i] + hit->t * ray->direction[i];
+        to_light->direction[i] = s->light_direction[i];
+    }
+    if (!brick_ray_span(to_light, s->grid, enter_mm, leave_mm))
+        return false;
+    *enter_mm = fmax(*enter_mm, s->shadow_start_mm);
+    return *enter_mm < *leave_mm;
+}
+
+static void shade_hit(const struct vr_iso_shading *s, const double view[3], const struct vr_iso_hit *hit,
+                      double out[3])
+{
+    const double *rgb = s->rgb[hit->surface];
+    double n[3], half[3], diffuse = 0.0, shine = 0.0;
+    if (facing_light(s, view, hit, n, &diffuse)) {
+        double highlight = diffuse;
+        if (!s->headlight) {
+            for (int i = 0; i < 3; i++)
+                half[i] = s->light[i] - view[i];
+            highlight = normalize(half) ? fmax(0.0, fmin(dot(n, half), 1.0)) : 0.0;
+        }
+        if (highlight > 0.0 && s->specular > 0.0)
+            shine = s->specular * pow(highlight, s->shininess);
+    }
+    for (int c = 0; c < 3; c++)
+        out[c] = rgb[c] * (s->ambient + hit->light * s->diffuse * diffuse) + hit->light * shine;
+}
+
+void vr_iso_shade(const struct vr_iso_shading *s, const struct vr_iso_walk *walk, const struct brick_ray *ray,
+                  float rgba[4])
+{
+    double sum[3] = {0, 0, 0}, transmittance = 1.0, view[3];
+    view_of(s, ray, view);
+    for (size_t i = 0; i < walk->hit_count; i++) {
+        double opacity = walk->frame->surface[walk->hits[i].surface].opacity, colour[3];
+        shade_hit(s, view, &walk->hits[i], colour);
+        for (int c = 0; c < 3; c++)
+            sum[c] += transmittance * opacity * colour[c];
+        transmittance *= 1.0 - opacity;
+    }
+    for (int c = 0; c < 3; c++)
+        rgba[c] = (float)sum[c];
+    rgba[3] = (float)(1.0 - transmittance);
+}
