@@ -76,17 +76,8 @@ static inline struct iso_reference iso_reference_ray(struct reference_volume *v,
 {
     struct iso_reference r = {.nearest = INFINITY};
     long double cuts[REFERENCE_MAX_PLANES + 1];
-    size_t count = 0;
+    size_t count = reference_cuts(v, ray, enter, leave, cuts);
     v->ray = ray;
-    cuts[count++] = enter;
-    for (int i = 0; i < 3; i++)
-        for (int64_t plane = 0; plane < v->dims[i] && ray->direction[i] != 0.0; plane++) {
-            long double at = (long double)plane * v->scale[i] + v->offset[i];
-            long double cut = (at - ray->origin[i]) / ray->direction[i];
-            if (cut > enter && cut < leave && count < REFERENCE_MAX_PLANES)
-                cuts[count++] = cut;
-        }
-    qsort(cuts, count, sizeof *cuts, reference_ascending);
     cuts[count] = leave;
     for (size_t i = 0; i < count && !r.hit; i++) {
         long double stops[4] = {cuts[i]};

@@ -75,14 +75,11 @@ static int reference_ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Go on along a whole ray, cut where it meets the level's integer planes, with n intervals between two cuts.
- */
-static inline void reference_along(struct reference *r, struct reference_volume *v,
-                                   const struct brick_ray *ray, double enter, double leave, int n)
+/* Where a ray enters and where it meets the level's integer planes before it leaves, ascending; how many. */
+static inline size_t reference_cuts(const struct reference_volume *v, const struct brick_ray *ray,
+                                    double enter, double leave, long double cuts[REFERENCE_MAX_PLANES])
 {
-    long double cuts[REFERENCE_MAX_PLANES];
     size_t count = 0;
-    v->ray = ray;
     cuts[count++] = enter;
     for (int i = 0; i < 3; i++)
         for (int64_t plane = 0; plane < v->dims[i] && ray->direction[i] != 0.0; plane++) {
@@ -92,6 +89,17 @@ static inline void reference_along(struct reference *r, struct reference_volume 
                 cuts[count++] = cut;
         }
     qsort(cuts, count, sizeof *cuts, reference_ascending);
+    return count;
+}
+
+/* Go on along a whole ray, cut where it meets the level's integer planes, with n intervals between two cuts.
+ */
+static inline void reference_along(struct reference *r, struct reference_volume *v,
+                                   const struct brick_ray *ray, double enter, double leave, int n)
+{
+    long double cuts[REFERENCE_MAX_PLANES];
+    size_t count = reference_cuts(v, ray, enter, leave, cuts);
+    v->ray = ray;
     for (size_t i = 0; i < count; i++)
         reference_add(r, cuts[i], i + 1 < count ? cuts[i + 1] : leave, n);
 }

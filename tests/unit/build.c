@@ -31,32 +31,11 @@ static double value_of(enum brick_type type, uint64_t i)
     }
 }
 
-static void store(enum brick_type type, void *voxels, size_t i, double v)
-{
-    switch (type) {
-    case BRICK_U8:
-        ((uint8_t *)voxels)[i] = (uint8_t)v;
-        break;
-    case BRICK_I8:
-        ((int8_t *)voxels)[i] = (int8_t)v;
-        break;
-    case BRICK_U16:
-        ((uint16_t *)voxels)[i] = (uint16_t)v;
-        break;
-    case BRICK_I16:
-        ((int16_t *)voxels)[i] = (int16_t)v;
-        break;
-    default:
-        ((float *)voxels)[i] = (float)v;
-        break;
-    }
-}
-
 static void *noise_volume(enum brick_type type)
 {
     void *voxels = malloc((size_t)NX * NY * NZ * 4);
     for (size_t i = 0; i < (size_t)NX * NY * NZ; i++)
-        store(type, voxels, i, value_of(type, i));
+        store_voxel(type, voxels, i, value_of(type, i));
     return voxels;
 }
 

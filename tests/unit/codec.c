@@ -25,27 +25,6 @@ static struct brick_codec_shape shape_of(enum brick_type type, uint32_t x, uint3
     return (struct brick_codec_shape){type, {x, y, z}, voxels * width, (voxels + 2 * ranges) * width};
 }
 
-static void set(enum brick_type type, void *p, size_t i, double v)
-{
-    switch (type) {
-    case BRICK_U8:
-        ((uint8_t *)p)[i] = (uint8_t)v;
-        break;
-    case BRICK_I8:
-        ((int8_t *)p)[i] = (int8_t)v;
-        break;
-    case BRICK_U16:
-        ((uint16_t *)p)[i] = (uint16_t)v;
-        break;
-    case BRICK_I16:
-        ((int16_t *)p)[i] = (int16_t)v;
-        break;
-    default:
-        ((float *)p)[i] = (float)v;
-        break;
-    }
-}
-
 static const double lowest[] = {0, -128, 0, -32768, -(double)FLT_MAX},
                     highest[] = {255, 127, 65535, 32767, (double)FLT_MAX};
 
@@ -103,7 +82,7 @@ static void lossless_codecs_give_back_every_bit(void **state)
                     void *src = malloc(s.bytes), *dst = malloc(room), *back = malloc(s.bytes);
                     struct brick_error err = {0};
                     for (size_t i = 0; i < n; i++)
-                        set(s.type, src, i, hard((enum pattern)pattern, s.type, i, s.voxels));
+                        store_voxel(s.type, src, i, hard((enum pattern)pattern, s.type, i, s.voxels));
                     if (brick_codec_encode((enum brick_codec)codec, level, &s, src, dst, room, &written,
                                            &err) ||
                         brick_codec_decode((enum brick_codec)codec, &s, dst, written, back, &err))
@@ -181,7 +160,7 @@ static void zfp_keeps_its_bound(void **state)
                     unsigned char *dst = malloc(room);
                     struct brick_error err = {0};
                     for (size_t i = 0; i < s.bytes / width; i++)
-                        set(s.type, src, i, hard((enum pattern)pattern, s.type, i, n));
+                        store_voxel(s.type, src, i, hard((enum pattern)pattern, s.type, i, n));
                     memcpy(decoded, src, s.bytes);
                     if (brick_codec_encode_lossy(BRICK_CODEC_ZFP, tolerance, &s, decoded, dst, room, &written,
                                                  &err))

@@ -16,27 +16,6 @@
 
 #include "../support/memory_source.h"
 
-static void set(enum brick_type type, void *p, size_t i, double v)
-{
-    switch (type) {
-    case BRICK_U8:
-        ((uint8_t *)p)[i] = (uint8_t)v;
-        break;
-    case BRICK_I8:
-        ((int8_t *)p)[i] = (int8_t)v;
-        break;
-    case BRICK_U16:
-        ((uint16_t *)p)[i] = (uint16_t)v;
-        break;
-    case BRICK_I16:
-        ((int16_t *)p)[i] = (int16_t)v;
-        break;
-    default:
-        ((float *)p)[i] = (float)v;
-        break;
-    }
-}
-
 /* NaN, Inf: not zfp's. A whole volume with some of them still passes every check. */
 static void bricks_that_are_not_finite_are_lossless(void **state)
 {
@@ -77,7 +56,7 @@ static void fill_body(enum brick_type type, void *voxels, const uint64_t n[3])
             for (uint64_t x = 0; x < n[0]; x++, i++) {
                 double r = hypot(hypot((double)x - 50, (double)y - 30), (double)z - 30);
                 double v = r > 20 ? 3 : 25 + 20 * sin(0.4 * r) + (double)(noise64(4, i) % 70);
-                set(type, voxels, i, v);
+                store_voxel(type, voxels, i, v);
             }
 }
 
