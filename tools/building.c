@@ -39,6 +39,8 @@ static int print_json(const char *command, const struct brick_build_report *repo
     cJSON_AddNumberToObject(json, "output_bytes", (double)report->output_bytes);
     cJSON_AddNumberToObject(json, "bricks", (double)report->bricks);
     cJSON_AddNumberToObject(json, "bricks_empty", (double)report->bricks_constant);
+    cJSON_AddNumberToObject(json, "bricks_kept", (double)report->bricks_kept);
+    cJSON_AddNumberToObject(json, "source_bytes_read", (double)report->source_bytes);
     cJSON_AddNumberToObject(json, "seconds", report->seconds);
     cJSON_AddNumberToObject(json, "bytes_per_second",
                             report->seconds > 0 ? (double)report->input_bytes / report->seconds : 0);
@@ -49,9 +51,12 @@ static int print_json(const char *command, const struct brick_build_report *repo
 
 static void print_summary(const char *path, const struct brick_build_report *report)
 {
-    fprintf(stderr, "%s: %s -> %s, %llu bricks (%llu constant), %.2f s", path,
+    fprintf(stderr, "%s: %s -> %s, %llu bricks (%llu constant", path,
             tool_size_text(report->input_bytes).text, tool_size_text(report->output_bytes).text,
-            (unsigned long long)report->bricks, (unsigned long long)report->bricks_constant, report->seconds);
+            (unsigned long long)report->bricks, (unsigned long long)report->bricks_constant);
+    if (report->bricks_kept)
+        fprintf(stderr, ", %llu kept", (unsigned long long)report->bricks_kept);
+    fprintf(stderr, "), %.2f s", report->seconds);
     if (report->seconds > 0)
         fprintf(stderr, ", %.0f MB/s", (double)report->input_bytes / report->seconds * 1e-6);
     fputc('\n', stderr);

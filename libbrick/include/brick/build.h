@@ -23,6 +23,7 @@ struct brick_build_params {
     uint64_t memory_bytes; /* budget of everything; BRICK_ERR_MEMORY names what would do */
     unsigned threads;      /* that encode, 0: one a core; two more read and write */
     bool plain;            /* no vectorised loops: the same file, slower */
+    bool resume;           /* keep what an interrupted conversion of the same source has left */
     void (*progress)(void *context, uint64_t slices_done, uint64_t slices); /* may be NULL */
     void *progress_context;
 };
@@ -37,6 +38,7 @@ enum brick_build_stage {
     BRICK_STAGE_RANGES, /* of macrocells and bricks */
     BRICK_STAGE_COUNT,  /* statistics */
     BRICK_STAGE_COMPRESS,
+    BRICK_STAGE_RESUME,     /* bricks of an interrupted conversion, read and decoded */
     BRICK_STAGE_DOWNSAMPLE, /* bytes of the finer level */
     BRICK_STAGE_SPOOL,      /* levels that wait in scratch files, written and read */
     BRICK_STAGE_WRITE,      /* checksums and payloads */
@@ -49,9 +51,11 @@ struct brick_build_cost {
 };
 
 struct brick_build_report {
-    uint64_t input_bytes;  /* voxels read, in bytes of the source's type */
+    uint64_t input_bytes;  /* the volume, in bytes of the source's type */
+    uint64_t source_bytes; /* of it, read: less when resuming, more in tiles */
     uint64_t output_bytes; /* the file */
     uint64_t bricks, bricks_constant;
+    uint64_t bricks_kept;   /* of them, from an interrupted conversion */
     uint64_t memory_bytes;  /* of everything, as planned */
     unsigned threads;       /* that encoded */
     bool tiled;             /* rows of bricks did not fit: level 0 was read in tiles, their borders twice */
@@ -69,8 +73,14 @@ const char *brick_build_stage_name(enum brick_build_stage stage);
  * they worked, else the one on which they spent most. */
 enum brick_build_stage brick_build_limit(const struct brick_build_report *report);
 
-/* The file's bytes depend on the source and on params' layout and codec alone: not on threads, memory or
- * plain. */
+/* The file's bytes depend on the source and on params' layout and codec alone: not on threads, memory, plain,
+ * or where it was interrupted and resumed.
+ *
+ * Until it is complete it is PATH.part, with PATH.part.journal beside it. Killed, a conversion leaves both.
+ * Failing, it removes them, unless it was to resume, or the system refused a read or a write (BRICK_ERR_IO: a
+ * full disk, say) and something can be resumed: the message says so. Resuming is refused with
+ * BRICK_ERR_ARGUMENT for a source without a state, and when source, layout or codec are not those with which
+ * it was begun. */
 int brick_build(struct brick_source *source, const char *path, const struct brick_build_params *params,
                 struct brick_build_report *report, struct brick_error *err);
 
