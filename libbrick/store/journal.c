@@ -9,7 +9,7 @@
 
 enum {
     HEADER_BYTES = 24,
-    PAYLOAD_BYTES = 4 << 20 /* a kill loses what it takes to make this much */
+    PAYLOAD_BYTES = 1 << 20 /* a kill loses what it takes to make this much */
 };
 static const unsigned char magic[8] = {0x89, 'B', 'R', 'K', 'J', '\r', '\n', 0x1a};
 

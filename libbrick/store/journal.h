@@ -11,7 +11,7 @@
 
 #include "layout.h"
 
-#define JOURNAL_BLOCK_ENTRIES 256u
+#define JOURNAL_BLOCK_ENTRIES 64u
 #define JOURNAL_BLOCK_BYTES   16u /* and the entries */
 
 struct journal {

@@ -42,7 +42,7 @@ struct brick_writer {
     struct brick_entry *entries; /* offsets relative to the level's first payload until finishing */
     struct level_file level[BRICK_MAX_LEVELS];
     bool part_exists; /* PATH.part is this writer's */
-    bool sealed;      /* its header may say that it is complete */
+    bool spoiled;     /* its header may say that it is complete, and it is not */
     bool leave;       /* it stays when the writer goes */
     bool journaled;
     struct journal journal;
@@ -89,11 +89,13 @@ static int open_part(struct brick_writer *w, const char *identity, bool resume, 
 {
     struct level_file *part = &w->level[0];
     uint64_t size = 0;
-    int code = resume ? brick_io_update(&part->io, w->part_path, err)
-                      : brick_io_create(&part->io, w->part_path, err);
-    if (code || (code = brick_io_size(&part->io, &size, err)))
+    int code = brick_io_update(&part->io, w->part_path, err);
+    if (code)
         return code;
     w->part_exists = true;
+    code = resume ? brick_io_size(&part->io, &size, err) : brick_io_truncate(&part->io, 0, err);
+    if (code)
+        return code;
     w->leave = size > 0; /* should it be another's work */
     if (size && (code = journal_open(&w->journal, w->journal_path, identity, w->part_path, w->entries,
                                      level_end(&w->grid, 0), &w->kept, err)))
@@ -189,7 +191,7 @@ int brick_writer_cut(struct brick_writer *w, uint64_t kept, struct brick_error *
 
 uint64_t brick_writer_leave(struct brick_writer *w)
 {
-    if (!w->journaled)
+    if (!w->journaled || w->spoiled)
         return 0;
     (void)journal_flush(&w->journal, NULL); /* a full disk: what was written before is enough */
     w->leave = w->leave || w->journal.entries > 0;
@@ -210,8 +212,7 @@ void brick_writer_destroy(struct brick_writer **writer)
     struct brick_writer *w = *writer;
     if (!w)
         return;
-    /* What is left must not open as complete, not even when only the last sync or the new name failed. */
-    if (w->part_exists && !(w->leave && (!w->sealed || unseal(w, NULL) == BRICK_OK))) {
+    if (w->part_exists && (!w->leave || w->spoiled)) {
         unlink(w->part_path);
         if (w->journaled)
             unlink(w->journal_path);
@@ -402,6 +403,7 @@ int brick_writer_finish(struct brick_writer *w, const struct brick_stats *stats,
     if (text_bytes > LAYOUT_MAX_TEXT)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%s: provenance of %zu bytes is too long", w->path,
                           text_bytes);
+    bool sealed = false;
     unsigned char *buffer = malloc(room);
     if (!buffer)
         return brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", w->path);
@@ -433,7 +435,7 @@ int brick_writer_finish(struct brick_writer *w, const struct brick_stats *stats,
     layout_put_header(&h, header);
     if ((code = brick_io_sync(&w->level[0].io, err)))
         goto done;
-    w->sealed = true;
+    sealed = true;
     if ((code = brick_io_write_at(&w->level[0].io, 0, header, sizeof header, err)) ||
         (code = brick_io_sync(&w->level[0].io, err)) || (code = brick_io_rename(w->part_path, w->path, err)))
         goto done;
@@ -442,6 +444,9 @@ int brick_writer_finish(struct brick_writer *w, const struct brick_stats *stats,
         unlink(w->journal_path);
     *file_bytes = end;
 done:
+    /* What may be left must not open as complete, not even when only the last sync or the new name failed. */
+    if (code && sealed)
+        w->spoiled = unseal(w, NULL) != BRICK_OK;
     free(buffer);
     return code;
 }
