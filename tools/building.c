@@ -77,6 +77,13 @@ static int note_if_empty(const char *command, const char *path)
     return 0;
 }
 
+static void show(void *context, uint64_t slices_done, uint64_t slices, enum brick_build_stage limit)
+{
+    struct tool_progress *progress = context;
+    progress->limit = brick_build_stage_name(limit);
+    tool_progress_update(progress, slices_done, slices);
+}
+
 int tool_build(const char *command, struct tool_building *building, struct brick_source *source,
                const char *path)
 {
@@ -88,7 +95,7 @@ int tool_build(const char *command, struct tool_building *building, struct brick
 
     building->params.nearest = building->downsample == 1;
     building->params.codec_level = (int)building->codec_level;
-    building->params.progress = tool_progress_update;
+    building->params.progress = show;
     building->params.progress_context = &progress;
     tool_progress_init(&progress, command, dims[0] * dims[1] * dims[2] * brick_type_bytes(source->type),
                        building->quiet);

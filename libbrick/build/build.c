@@ -158,6 +158,42 @@ static uint64_t builder_finish(struct builder *b, bool leave)
     return left;
 }
 
+/* What the encoding threads did, and waited for: known whenever they rest. */
+static void report_work(const struct builder *b, struct brick_build_report *r)
+{
+    r->threads = b->threads;
+    r->wait_read_ns = b->feed.wait_ns * b->threads;
+    for (unsigned t = 0; t < b->threads; t++) {
+        r->wait_write_ns += b->costs[t].wait_write_ns;
+        for (int s = 0; s < BRICK_STAGES; s++) {
+            r->stage[s].ns += b->costs[t].stage[s].ns;
+            r->stage[s].bytes += b->costs[t].stage[s].bytes;
+        }
+    }
+    r->stage[BRICK_STAGE_SPOOL] = b->pyramid.spool_cost;
+}
+
+static void report_costs(const struct builder *b, struct brick_build_report *r)
+{
+    report_work(b, r);
+    r->memory_bytes = b->plan.memory_bytes;
+    r->tiled = b->plan.boxes;
+    r->stage[BRICK_STAGE_READ] = b->feed.cost;
+    r->stage[BRICK_STAGE_WRITE] = b->drain.cost;
+    r->spooled_bytes = b->pyramid.spool_cost.bytes / 2; /* written, then read with borders: about twice */
+}
+
+static void show_progress(const struct builder *b, uint64_t row)
+{
+    struct brick_build_report so_far = {0};
+    uint64_t slices = b->grid.dims[2], z = (row + 1) * b->grid.edge;
+    if (!b->params.progress)
+        return;
+    report_work(b, &so_far);
+    b->params.progress(b->params.progress_context, z < slices ? z : slices, slices,
+                       brick_build_limit(&so_far));
+}
+
 /* One tile of level 0. What is kept of it is taken first; the source is read from the first tile on that
  * needs it, which for a lossy codec is the first of all, since coarser levels are made from converted voxels.
  */
@@ -205,31 +241,9 @@ static int run(struct builder *b, struct brick_error *err)
         int code = pyramid_row_done(&b->pyramid, 0, row, err);
         if (code)
             return code;
-        uint64_t z = (row + 1) * b->grid.edge;
-        if (b->params.progress)
-            b->params.progress(b->params.progress_context, z < level->dims[2] ? z : level->dims[2],
-                               level->dims[2]);
+        show_progress(b, row);
     }
     return drain_flush(&b->drain, b->pyramid.tickets, err);
-}
-
-static void report_costs(const struct builder *b, struct brick_build_report *r)
-{
-    r->memory_bytes = b->plan.memory_bytes;
-    r->threads = b->threads;
-    r->tiled = b->plan.boxes;
-    r->wait_read_ns = b->feed.wait_ns * b->threads;
-    for (unsigned t = 0; t < b->threads; t++) {
-        r->wait_write_ns += b->costs[t].wait_write_ns;
-        for (int s = 0; s < BRICK_STAGES; s++) {
-            r->stage[s].ns += b->costs[t].stage[s].ns;
-            r->stage[s].bytes += b->costs[t].stage[s].bytes;
-        }
-    }
-    r->stage[BRICK_STAGE_READ] = b->feed.cost;
-    r->stage[BRICK_STAGE_WRITE] = b->drain.cost;
-    r->stage[BRICK_STAGE_SPOOL] = b->pyramid.spool_cost;
-    r->spooled_bytes = b->pyramid.spool_cost.bytes / 2; /* written, then read with borders: about twice */
 }
 
 int brick_build(struct brick_source *source, const char *path, const struct brick_build_params *params,
@@ -253,6 +267,8 @@ int brick_build(struct brick_source *source, const char *path, const struct bric
         code = brick_fail(err, BRICK_ERR_MEMORY, "out of memory");
         goto done;
     }
+    if (params->progress)
+        params->progress(params->progress_context, b.grid.dims[2], b.grid.dims[2], BRICK_STAGE_FINISH);
     brick_writer_set_tolerance(b.writer, params->tolerance);
     code = brick_writer_finish(b.writer, &stats, provenance, &r.output_bytes, err);
     free(provenance);

@@ -13,22 +13,6 @@
 extern "C" {
 #endif
 
-struct brick_build_params {
-    uint32_t edge, border, macrocell;
-    enum brick_codec codec;
-    int codec_level;       /* 1..9 */
-    double tolerance;      /* lossy codecs, above 0: no voxel is off by more, in physical units */
-    bool nearest;          /* coarser levels take voxel 2i instead of averaging (labels) */
-    bool round_to_f32;     /* u32, i32, f64 values that f32 cannot hold are rounded; else BRICK_ERR_INEXACT */
-    uint64_t memory_bytes; /* budget of everything; BRICK_ERR_MEMORY names what would do */
-    unsigned threads;      /* that encode, 0: one a core; two more read and write */
-    bool plain;            /* no vectorised loops: the same file, slower */
-    bool resume;           /* keep what an interrupted conversion of the same source has left */
-    void (*progress)(void *context, uint64_t slices_done, uint64_t slices); /* may be NULL */
-    void *progress_context;
-};
-extern const struct brick_build_params brick_build_defaults;
-
 /* What a conversion does to every voxel. Times are summed over threads: on a core for what is computed, on
  * the wall for what waits for disks (read, spool, write, finish). Bytes: of voxels for what is done to voxels
  * (borders and coarser levels included), of encoded bricks for writing. */
@@ -45,6 +29,23 @@ enum brick_build_stage {
     BRICK_STAGE_FINISH,     /* coarser levels and tables behind level 0, sync, rename */
     BRICK_STAGES
 };
+
+struct brick_build_params {
+    uint32_t edge, border, macrocell;
+    enum brick_codec codec;
+    int codec_level;       /* 1..9 */
+    double tolerance;      /* lossy codecs, above 0: no voxel is off by more, in physical units */
+    bool nearest;          /* coarser levels take voxel 2i instead of averaging (labels) */
+    bool round_to_f32;     /* u32, i32, f64 values that f32 cannot hold are rounded; else BRICK_ERR_INEXACT */
+    uint64_t memory_bytes; /* budget of everything; BRICK_ERR_MEMORY names what would do */
+    unsigned threads;      /* that encode, 0: one a core; two more read and write */
+    bool plain;            /* no vectorised loops: the same file, slower */
+    bool resume;           /* keep what an interrupted conversion of the same source has left */
+    /* May be NULL. limit: the stage that has limited so far, as brick_build_limit. */
+    void (*progress)(void *context, uint64_t slices_done, uint64_t slices, enum brick_build_stage limit);
+    void *progress_context;
+};
+extern const struct brick_build_params brick_build_defaults;
 
 struct brick_build_cost {
     uint64_t ns, bytes;
