@@ -50,16 +50,37 @@ static void test_arrange(void **state)
     assert_int_equal(slots[0] * slots[1] * slots[2], 56 * 56 * 56);
 }
 
+static void test_arrange_powers(void **state)
+{
+    (void)state;
+    static const int slot[3] = {36, 20, 68};
+    for (uint64_t want = 1; want < 3000; want += 37)
+        for (uint64_t most = 8; most < 4000; most += 173) {
+            int size[3];
+            const uint64_t texels = most * 36 * 20 * 68;
+            uint64_t n = 1, room = 1;
+            assert_true(vr_atlas_arrange_powers(want, texels, 2048, slot, size));
+            for (int a = 0; a < 3; a++) {
+                assert_true(size[a] >= slot[a] && size[a] <= 2048 && !(size[a] & (size[a] - 1)));
+                n *= (uint64_t)(size[a] / slot[a]);
+                room *= (uint64_t)size[a];
+            }
+            assert_true(room <= texels);
+            /* Half of the best that fits would fit in a texture of half the size, had it been enough. */
+            assert_true(n >= want || room * 2 > texels);
+        }
+    int size[3];
+    assert_false(vr_atlas_arrange_powers(1, 64 * 32 * 128 - 1, 2048, slot, size));
+    assert_true(vr_atlas_arrange_powers(1, 64 * 32 * 128, 2048, slot, size));
+    assert_false(vr_atlas_arrange_powers(1, UINT64_C(1) << 40, 64, slot, size));
+}
+
 static struct vr_renderer *renderer_with(const struct brick_volume *volume, uint64_t bytes)
 {
-    struct vr_renderer *renderer = NULL;
     struct vr_renderer_params params = vr_renderer_defaults;
-    struct brick_error err = {0};
     params.gpu_cache_bytes = bytes;
     params.threads = 3;
-    if (vr_renderer_create(&renderer, volume, &params, &err) && err.code != BRICK_ERR_UNSUPPORTED)
-        fail_msg("%s", err.message);
-    return renderer;
+    return renderer_of(volume, &params);
 }
 
 static void test_upkeep(void **state)
@@ -181,6 +202,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_arrange),
+        cmocka_unit_test(test_arrange_powers),
         cmocka_unit_test(test_upkeep),
         cmocka_unit_test(test_bad_scenes),
     };

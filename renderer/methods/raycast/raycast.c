@@ -193,4 +193,4 @@ static void finish(void *state, struct vr_context *context)
     vr_feedback_finish(&r->feedback, context);
 }
 
-const struct vr_method_row vr_raycast = {sizeof(struct raycast), draw, finish};
+const struct vr_method_row vr_raycast = {sizeof(struct raycast), draw, finish, true};
