@@ -61,8 +61,8 @@ size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFI
 {
     static const char *const modes[] = {"MODE_DVR", "MODE_SHADED", "MODE_ISO", "MODE_MIP"};
     static const char *const samplers[BRICK_TYPE_STORED_COUNT] = {
-        [BRICK_U8] = "usampler3D",  [BRICK_I8] = "isampler3D", [BRICK_U16] = "usampler3D",
-        [BRICK_I16] = "isampler3D", [BRICK_F32] = "sampler3D",
+        [BRICK_U8] = "usampler2DArray",  [BRICK_I8] = "isampler2DArray", [BRICK_U16] = "usampler2DArray",
+        [BRICK_I16] = "isampler2DArray", [BRICK_F32] = "sampler2DArray",
     };
     const struct vr_atlas *atlas = vr_residency_atlas(frame->residency);
     const bool normalised = atlas->voxels.scale > 0.0;
@@ -70,7 +70,7 @@ size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFI
         defines, VR_FRAME_DEFINES_BYTES,
         "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
         "#define MODE %s\n#define VOXEL_SAMPLER %s\n#define SEARCH_STEPS %u\n%s%s%s%s",
-        modes[frame->scene->mode], normalised ? "sampler3D" : samplers[frame->grid->type],
+        modes[frame->scene->mode], normalised ? "sampler2DArray" : samplers[frame->grid->type],
         frame->table.search_steps, normalised ? "#define VOXEL_NORMALISED\n" : "",
         atlas->filter == VR_FILTER_FAST ? "#define FILTER_FAST\n" : "",
         frame->quality->skip ? "#define SKIP\n" : "",

@@ -83,8 +83,7 @@ void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *
     }
     vr_set_ivec3(u, "level_last", last);
     vr_set_ivec3(u, "level_bricks", bricks);
-    const double texel[3] = {1.0 / atlas->size[0], 1.0 / atlas->size[1], 1.0 / atlas->size[2]};
-    vr_set_vec3(u, "atlas_texel", texel);
+    u->gl->Uniform2f(at(u, "atlas_texel"), 1.0f / (float)atlas->size[0], 1.0f / (float)atlas->size[1]);
     vr_set_float(u, "voxel_scale", atlas->voxels.scale);
     vr_set_float(u, "voxel_offset", atlas->voxels.offset);
     vr_set_float(u, "voxel_grains", atlas->voxels.grains);

@@ -15,7 +15,8 @@ static int less(int a, int b)
 static void slot_limit(const struct vr_context *context, const int size[3], int limit[3])
 {
     for (int a = 0; a < 3; a++)
-        limit[a] = less(context->max_texture_3d / size[a], VR_ATLAS_MAX_SLOTS);
+        limit[a] =
+            less((a < 2 ? context->max_texture_2d : context->max_layers) / size[a], VR_ATLAS_MAX_SLOTS);
 }
 
 bool vr_atlas_arrange(uint64_t want, uint64_t most, const int limit[3], int slots[3])
@@ -37,33 +38,29 @@ bool vr_atlas_arrange(uint64_t want, uint64_t most, const int limit[3], int slot
     return best > 0;
 }
 
-/* Slots of a texture of 2^power texels an edge. */
-static uint64_t slots_of(const int power[3], const int slot_size[3])
-{
-    uint64_t n = 1;
-    for (int a = 0; a < 3; a++) {
-        uint64_t along = (UINT64_C(1) << power[a]) / (uint64_t)slot_size[a];
-        n *= along < VR_ATLAS_MAX_SLOTS ? along : VR_ATLAS_MAX_SLOTS;
-    }
-    return n;
-}
-
-bool vr_atlas_arrange_powers(uint64_t want, uint64_t texels, int edge, const int slot_size[3], int size[3])
+bool vr_atlas_arrange_powers(uint64_t want, uint64_t texels, const int slot_size[3], const int limit[3],
+                             int size[2], int slots[3])
 {
     uint64_t best = 0, best_texels = 0;
-    int p[3];
-    for (p[2] = 0; 1 << p[2] <= edge; p[2]++)
-        for (p[1] = 0; 1 << p[1] <= edge; p[1]++)
-            for (p[0] = 0; 1 << p[0] <= edge; p[0]++) {
-                uint64_t n = slots_of(p, slot_size), t = UINT64_C(1) << (p[0] + p[1] + p[2]);
-                n = n < want ? n : want; /* more are worth nothing */
-                if (t > texels || n < best || (n == best && (!n || t >= best_texels)))
-                    continue;
-                best = n;
-                best_texels = t;
-                for (int a = 0; a < 3; a++)
-                    size[a] = 1 << p[a];
-            }
+    for (int y = 1; y <= limit[1]; y *= 2)
+        for (int x = 1; x <= limit[0]; x *= 2) {
+            const int across = less(x / slot_size[0], VR_ATLAS_MAX_SLOTS);
+            const int down = less(y / slot_size[1], VR_ATLAS_MAX_SLOTS);
+            const uint64_t row = (uint64_t)across * (uint64_t)down;
+            const uint64_t slab = (uint64_t)x * (uint64_t)y * (uint64_t)slot_size[2];
+            if (!row)
+                continue;
+            uint64_t z = (want + row - 1) / row;
+            z = z < texels / slab ? z : texels / slab;
+            z = z < (uint64_t)limit[2] ? z : (uint64_t)limit[2];
+            const uint64_t n = z * row < want ? z * row : want; /* more are worth nothing */
+            if (n < best || !n || (n == best && z * slab >= best_texels))
+                continue;
+            best = n;
+            best_texels = z * slab;
+            size[0] = x, size[1] = y;
+            slots[0] = across, slots[1] = down, slots[2] = (int)z;
+        }
     return best > 0;
 }
 
@@ -107,9 +104,10 @@ int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const stru
     }
     slot_limit(context, atlas->slot_size, limit);
     if (filtered)
-        fits = vr_atlas_arrange_powers(bricks, budget / atlas->voxels.bytes,
-                                       less(context->max_texture_3d, MAX_FILTERED), atlas->slot_size,
-                                       atlas->size);
+        fits = vr_atlas_arrange_powers(bricks, budget / atlas->voxels.bytes, atlas->slot_size,
+                                       (int[]){less(context->max_texture_2d, MAX_FILTERED),
+                                               less(context->max_texture_2d, MAX_FILTERED), limit[2]},
+                                       atlas->size, atlas->slots);
     else
         fits = vr_atlas_arrange(bricks, budget / atlas->slot_bytes, limit, atlas->slots);
     if (!fits)
@@ -117,25 +115,24 @@ int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const stru
             err, BRICK_ERR_MEMORY,
             "a GPU cache of %llu bytes does not hold one brick of %d x %d x %d voxels (%llu bytes%s)",
             (unsigned long long)budget_bytes, atlas->slot_size[0], atlas->slot_size[1], atlas->slot_size[2],
-            (unsigned long long)atlas->slot_bytes, filtered ? ", each edge filled up to a power of two" : "");
+            (unsigned long long)atlas->slot_bytes,
+            filtered ? ", width and height filled up to powers of two" : "");
     atlas->count = 1;
     atlas->bytes = atlas->voxels.bytes;
     for (int a = 0; a < 3; a++) {
-        if (filtered)
-            atlas->slots[a] = less(atlas->size[a] / atlas->slot_size[a], VR_ATLAS_MAX_SLOTS);
-        else
+        if (!filtered || a == 2)
             atlas->size[a] = atlas->slots[a] * atlas->slot_size[a];
         atlas->count *= (uint32_t)atlas->slots[a];
         atlas->bytes *= (uint64_t)atlas->size[a];
     }
 
     gl->GenTextures(1, &atlas->texture);
-    gl->BindTexture(GL_TEXTURE_3D, atlas->texture);
-    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, filtered ? GL_LINEAR : GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, filtered ? GL_LINEAR : GL_NEAREST);
-    gl->TexStorage3D(GL_TEXTURE_3D, 1, atlas->voxels.internal, atlas->size[0], atlas->size[1],
+    gl->BindTexture(GL_TEXTURE_2D_ARRAY, atlas->texture);
+    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, filtered ? GL_LINEAR : GL_NEAREST);
+    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, filtered ? GL_LINEAR : GL_NEAREST);
+    gl->TexStorage3D(GL_TEXTURE_2D_ARRAY, 1, atlas->voxels.internal, atlas->size[0], atlas->size[1],
                      atlas->size[2]);
-    gl->BindTexture(GL_TEXTURE_3D, 0);
+    gl->BindTexture(GL_TEXTURE_2D_ARRAY, 0);
     result = vr_context_check(context, "GPU cache texture", err);
     if (result)
         vr_atlas_finish(atlas, context);
@@ -152,7 +149,7 @@ void vr_atlas_finish(struct vr_atlas *atlas, struct vr_context *context)
 void vr_atlas_use(const struct vr_atlas *atlas, struct vr_context *context, GLuint unit)
 {
     context->gl.ActiveTexture(GL_TEXTURE0 + unit);
-    context->gl.BindTexture(GL_TEXTURE_3D, atlas->texture);
+    context->gl.BindTexture(GL_TEXTURE_2D_ARRAY, atlas->texture);
     context->gl.ActiveTexture(GL_TEXTURE0);
 }
 
@@ -188,10 +185,10 @@ void vr_atlas_upload(const struct vr_atlas *atlas, struct vr_context *context, u
     uint32_t at[3];
     vr_atlas_slot_place(atlas, slot, at);
     gl->PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    gl->BindTexture(GL_TEXTURE_3D, atlas->texture);
-    gl->TexSubImage3D(GL_TEXTURE_3D, 0, (GLint)at[0] * atlas->slot_size[0],
+    gl->BindTexture(GL_TEXTURE_2D_ARRAY, atlas->texture);
+    gl->TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, (GLint)at[0] * atlas->slot_size[0],
                       (GLint)at[1] * atlas->slot_size[1], (GLint)at[2] * atlas->slot_size[2],
                       (GLsizei)stored[0], (GLsizei)stored[1], (GLsizei)stored[2], atlas->voxels.format,
                       atlas->voxels.type, (const void *)(uintptr_t)at_byte);
-    gl->BindTexture(GL_TEXTURE_3D, 0);
+    gl->BindTexture(GL_TEXTURE_2D_ARRAY, 0);
 }

@@ -1,5 +1,6 @@
-/* The atlas: the GPU cache texture, a 3D texture of equal slots, each room for one stored brick of any level.
- */
+/* The atlas: the GPU cache texture, an array of 2D layers in which equal slots are boxes, each room for one
+ * stored brick of any level. Layers and not a 3D texture, since shaders can gather four texels of a layer at
+ * once, as they are. */
 #ifndef RENDERER_RESIDENCY_ATLAS_H
 #define RENDERER_RESIDENCY_ATLAS_H
 
@@ -27,7 +28,7 @@ struct vr_atlas {
     enum vr_filter filter;
     enum brick_type stored; /* of the volume */
     struct vr_atlas_voxels voxels;
-    int size[3];      /* texels; powers of two where the sampler filters */
+    int size[3];      /* texels; of layers powers of two where the sampler filters */
     int slot_size[3]; /* voxels: a stored brick of level 0, the largest */
     int slots[3];
     uint32_t count; /* slots[0] * slots[1] * slots[2] */
@@ -37,9 +38,10 @@ struct vr_atlas {
 /* Arrange at least `want` slots in as little as possible, or, when that is above `most`, as many as `most`
  * allows. False when not one slot fits. limit: slots that fit the texture on each axis. */
 bool vr_atlas_arrange(uint64_t want, uint64_t most, const int limit[3], int slots[3]);
-/* The same for a texture whose edges are powers of two, up to `edge`: `texels` are allowed, and size is the
- * texture's. */
-bool vr_atlas_arrange_powers(uint64_t want, uint64_t texels, int edge, const int slot_size[3], int size[3]);
+/* The same for layers whose edges are powers of two, up to limit[0] x limit[1] texels; limit[2] slots are the
+ * most in depth. `texels` are allowed in all. size: of a layer. */
+bool vr_atlas_arrange_powers(uint64_t want, uint64_t texels, const int slot_size[3], const int limit[3],
+                             int size[2], int slots[3]);
 
 /* Slots for every brick of level 0, or as many as budget_bytes holds. BRICK_ERR_MEMORY when that is not one.
  * The context is bound. */

@@ -53,26 +53,24 @@ static void test_arrange(void **state)
 static void test_arrange_powers(void **state)
 {
     (void)state;
-    static const int slot[3] = {36, 20, 68};
+    static const int slot[3] = {36, 20, 68}, limit[3] = {2048, 2048, 30};
+    int size[2], slots[3];
     for (uint64_t want = 1; want < 3000; want += 37)
-        for (uint64_t most = 8; most < 4000; most += 173) {
-            int size[3];
+        for (uint64_t most = 3; most < 4000; most += 173) {
             const uint64_t texels = most * 36 * 20 * 68;
-            uint64_t n = 1, room = 1;
-            assert_true(vr_atlas_arrange_powers(want, texels, 2048, slot, size));
-            for (int a = 0; a < 3; a++) {
-                assert_true(size[a] >= slot[a] && size[a] <= 2048 && !(size[a] & (size[a] - 1)));
-                n *= (uint64_t)(size[a] / slot[a]);
-                room *= (uint64_t)size[a];
-            }
-            assert_true(room <= texels);
-            /* Half of the best that fits would fit in a texture of half the size, had it been enough. */
-            assert_true(n >= want || room * 2 > texels);
+            assert_true(vr_atlas_arrange_powers(want, texels, slot, limit, size, slots));
+            const uint64_t n = (uint64_t)slots[0] * (uint64_t)slots[1] * (uint64_t)slots[2];
+            assert_true((uint64_t)size[0] * (uint64_t)size[1] * (uint64_t)(slots[2] * slot[2]) <= texels);
+            for (int a = 0; a < 2; a++)
+                assert_true(slots[a] * slot[a] <= size[a] && size[a] <= 2048 && !(size[a] & (size[a] - 1)));
+            assert_in_range(slots[2], 1, limit[2]);
+            /* 7 x 51 of 256 x 1024 texels, times the depth, are within a twentieth of all. */
+            assert_true(n >= want || n * 2 >= most || most < 8);
+            assert_true(n >= want || n * 20 >= most * 17 || most < 1000);
         }
-    int size[3];
-    assert_false(vr_atlas_arrange_powers(1, 64 * 32 * 128 - 1, 2048, slot, size));
-    assert_true(vr_atlas_arrange_powers(1, 64 * 32 * 128, 2048, slot, size));
-    assert_false(vr_atlas_arrange_powers(1, UINT64_C(1) << 40, 64, slot, size));
+    assert_false(vr_atlas_arrange_powers(1, 64 * 32 * 68 - 1, slot, limit, size, slots));
+    assert_true(vr_atlas_arrange_powers(1, 64 * 32 * 68, slot, limit, size, slots));
+    assert_false(vr_atlas_arrange_powers(1, UINT64_C(1) << 40, slot, (int[]){32, 64, 4}, size, slots));
 }
 
 static struct vr_renderer *renderer_with(const struct brick_volume *volume, uint64_t bytes)
