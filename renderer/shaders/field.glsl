@@ -34,7 +34,26 @@ struct Block {
     int brick;    /* its place in the page table */
     int shift;    /* edge of the inactive block, log2 */
     ivec3 offset; /* active: atlas texel = voxel + offset */
+#ifdef STAND_IN
+    ivec3 halvings; /* from the level to the brick's own, of which offset counts voxels */
+#endif
 };
+
+#ifdef STAND_IN
+/* For a look before the end: nothing is waited for. Where a brick is missing a coarser one stands in, or nothing. */
+uniform ivec3 level_halvings[STAND_IN];
+
+void locate_stand_in(inout Block block, uint page, ivec3 slot, ivec3 voxel)
+{
+    block.halvings = ivec3(0);
+    if (!block.missing)
+        return;
+    block.missing = false;
+    block.halvings = level_halvings[page >> 24 & 63u];
+    block.live = block.halvings != ivec3(0);
+    block.offset = slot * slot_size + border - ((voxel >> brick_shift >> block.halvings) << brick_shift);
+}
+#endif
 
 /* The voxel whose brick supplies a cell. */
 ivec3 owner(ivec3 cell)
@@ -72,6 +91,9 @@ Block locate(ivec3 voxel)
 #endif
         block.shift = macro_shift;
     }
+#endif
+#ifdef STAND_IN
+    locate_stand_in(block, page, slot, voxel);
 #endif
     return block;
 }
