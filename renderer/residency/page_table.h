@@ -10,9 +10,9 @@
 #include <stdint.h>
 
 enum vr_page_state {
-    VR_PAGE_EMPTY = 0,    /* nothing visible, or below the isovalue */
-    VR_PAGE_ABOVE = 1,    /* iso: wholly at or above the isovalue */
-    VR_PAGE_RESIDENT = 2, /* in the slot */
+    VR_PAGE_INACTIVE = 0, /* nothing visible; iso: wholly on one side */
+    VR_PAGE_RESIDENT = 1, /* active and in the slot */
+    VR_PAGE_WHOLE = 2,    /* the same, and all its macrocells are active: no need to look at them */
     VR_PAGE_MISSING = 3   /* active but not in the atlas */
 };
 

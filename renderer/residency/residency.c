@@ -108,8 +108,12 @@ static int set_level(struct vr_residency *r, uint32_t level, struct brick_error 
 
 void vr_resident_classify(struct vr_residency *r, uint32_t s)
 {
-    vr_macrocells_classify(&r->macrocells, s, brick_volume_grid(r->volume), &r->query,
-                           r->state[brick_in(r, s)] == BRICK_STATE_WHOLE);
+    const struct brick_grid *grid = brick_volume_grid(r->volume);
+    struct brick_place place;
+    brick_grid_place(grid, r->slots[s].id, &place);
+    uint64_t active = vr_macrocells_classify(&r->macrocells, s, grid, &r->query,
+                                             r->state[brick_in(r, s)] == BRICK_STATE_WHOLE);
+    r->slots[s].whole = active >= (uint64_t)place.macrocells[0] * place.macrocells[1] * place.macrocells[2];
     r->slots[s].classified = r->classification.number;
 }
 
@@ -126,9 +130,10 @@ void vr_resident_set_page(struct vr_residency *r, uint64_t b)
 {
     const struct brick_grid *grid = brick_volume_grid(r->volume);
     uint32_t at[3] = {0, 0, 0}, slot = r->slot_of[b], level = r->level;
-    enum vr_page_state state = r->state[b] == BRICK_STATE_ABOVE ? VR_PAGE_ABOVE : VR_PAGE_EMPTY;
+    enum vr_page_state state = VR_PAGE_INACTIVE;
+    at[0] = r->state[b] == BRICK_STATE_ABOVE;
     if (r->state[b] >= BRICK_STATE_ACTIVE) {
-        state = slot == NO_SLOT ? VR_PAGE_MISSING : VR_PAGE_RESIDENT;
+        state = slot == NO_SLOT ? VR_PAGE_MISSING : r->slots[slot].whole ? VR_PAGE_WHOLE : VR_PAGE_RESIDENT;
         if (slot != NO_SLOT || vr_stand_ins_find(&r->stand_ins, grid, r->level, b, &slot, &level))
             vr_atlas_slot_place(&r->atlas, slot, at);
     }

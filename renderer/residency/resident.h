@@ -23,7 +23,8 @@ struct slot {
     uint64_t id;
     uint64_t used;       /* number of the last pass that wanted it */
     uint64_t classified; /* the classification its macrocell bits are of; 0: none */
-    bool kept;           /* it stands in */
+    bool whole;          /* all of them are active */
+    bool kept;           /* the brick stands in for others */
 };
 
 enum worth { WORTH_NOTHING, WORTH_PAST, WORTH_FUTURE };

@@ -3,9 +3,9 @@
  *
  * Page, one word a brick of the level (residency/page_table.h): bits 30-31 state, 24-29 level, 16-23, 8-15, 0-7 the
  * slot's z, y, x in the atlas. */
-#define STATE_EMPTY    0u
-#define STATE_ABOVE    1u
-#define STATE_RESIDENT 2u
+#define STATE_INACTIVE 0u
+#define STATE_RESIDENT 1u
+#define STATE_WHOLE    2u
 #define STATE_MISSING  3u
 
 uniform usamplerBuffer pages;
@@ -32,7 +32,7 @@ struct Block {
     bool missing; /* they would be, but the brick is not in the atlas */
     bool above;   /* iso, inactive: on which side */
     int brick;    /* its place in the page table */
-    int shift;    /* edge of the inactive block, log2 */
+    int shift;    /* edge of the block, log2 */
     ivec3 offset; /* active: atlas texel = voxel + offset */
 #ifdef STAND_IN
     ivec3 halvings; /* from the level to the brick's own, of which offset counts voxels */
@@ -74,13 +74,14 @@ Block locate(ivec3 voxel)
     uint page = texelFetch(pages, block.brick).r;
     ivec3 slot = ivec3(page & 255u, page >> 8 & 255u, page >> 16 & 255u);
     ivec3 start = (voxel >> brick_shift) << brick_shift;
-    block.live = page >> 30 == STATE_RESIDENT;
-    block.missing = page >> 30 == STATE_MISSING;
-    block.above = page >> 30 == STATE_ABOVE;
+    uint state = page >> 30;
+    block.live = state == STATE_RESIDENT || state == STATE_WHOLE;
+    block.missing = state == STATE_MISSING;
+    block.above = (page & 1u) != 0u;
     block.shift = brick_shift;
     block.offset = slot * slot_size + border - start;
 #ifdef SKIP
-    if (block.live) {
+    if (state == STATE_RESIDENT) {
         ivec3 cell = (voxel - start) >> macro_shift;
         int bit = (cell.z * slot_cells.y + cell.y) * slot_cells.x + cell.x;
         int word = ((slot.z * slots.y + slot.y) * slots.x + slot.x) * 2 * plane_words + (bit >> 5);
