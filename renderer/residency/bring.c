@@ -188,7 +188,7 @@ int vr_residency_stand_in(struct vr_residency *r, struct brick_error *err)
         return BRICK_OK;
     int result =
         vr_stand_ins_choose(&r->stand_ins, brick_volume_grid(r->volume), r->level, r->state, most, err);
-    if (result)
+    if (result || !r->stand_ins.count)
         return result;
     r->pass++;
     r->changed_page_count = r->changed_slot_count = 0;
