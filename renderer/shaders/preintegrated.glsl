@@ -12,6 +12,7 @@
  * nothing where the colour is constant.
  *
  * Where the ends' values are equal or lie in one piece these are the formulas of that piece, without a limit to take. */
+#ifdef PREINTEGRATED
 uniform usamplerBuffer prefixes;
 
 /* An end of a piece of a ray: the value and where it lies in the transfer function. */
@@ -111,3 +112,4 @@ vec3 stretch_colour(Stretch s, float alpha)
         weight = 1.5 * (y * (1.0 + e * e) - alpha) / (z * y);
     return clamp(s.colour / s.depth - s.moment * (weight / alpha), 0.0, 1.0);
 }
+#endif

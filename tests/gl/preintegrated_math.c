@@ -173,7 +173,8 @@ static void run(struct shader_bench *b, const struct brick_transfer *transfer, c
     assert_int_equal(vr_buffer_write(&t.prefixes, b->context, GL_RGBA32UI, prefixes,
                                      t.table.count * sizeof *prefixes, "test", NULL),
                      0);
-    snprintf(defines, sizeof defines, "#define SEARCH_STEPS %u\n", t.table.search_steps);
+    snprintf(defines, sizeof defines, "#define PREINTEGRATED\n#define SEARCH_STEPS %u\n",
+             t.table.search_steps);
     b->prepare = use_tables;
     b->data = &t;
     uint32_t *bits = malloc(3 * BENCH_COUNT * sizeof *bits);
