@@ -12,6 +12,7 @@ static const struct command {
     {"convert", "turn a volume into a .brick file", cmd_convert},
     {"info", "say what is in a .brick file", cmd_info},
     {"verify", "check every checksum, range and border of a .brick file", cmd_verify},
+    {"repair", "make a whole .brick file of a damaged one", cmd_repair},
     {"export", "write a .brick file's voxels as raw, NRRD or MetaImage", cmd_export},
     {"render", "make a picture of a .brick file", cmd_render},
     {"compare", "measure the difference of two pictures", cmd_compare},

@@ -23,6 +23,11 @@ struct brick_build_params {
     uint64_t memory_bytes; /* budget of everything; BRICK_ERR_MEMORY names what would do */
     unsigned threads;      /* that encode, 0: one a core; two more read and write */
     bool plain;            /* no vectorised loops: the same file, slower */
+    /* Bricks with keep[id] set are taken from this volume, of the source's grid, entry and payload as they
+     * are; the others may then be lossless where the tolerance is above 0. Provenance is the source's alone.
+     */
+    const struct brick_volume *keep_from;
+    const unsigned char *keep;                                              /* NULL: none */
     void (*progress)(void *context, uint64_t slices_done, uint64_t slices); /* may be NULL */
     void *progress_context;
 };

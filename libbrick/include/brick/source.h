@@ -19,6 +19,7 @@ struct brick_source {
     enum brick_type type;   /* as in the file, in host byte order once read */
     const char *provenance; /* owned by the source: one "key: value" a line, UTF-8, no paths, no times */
     uint64_t input_bytes;   /* bytes this source will read from disk, for progress; 0 if unknown */
+    uint64_t held_slices;   /* slices of the box last asked for that the source itself holds in memory */
 
     /* Read slices [z, z + count) to dst (count * dims[0] * dims[1] voxels). Called with z ascending, every
      * slice once. One caller at a time. */
