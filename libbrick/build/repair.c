@@ -72,8 +72,15 @@ static int list_losses(struct repair *r, struct brick_error *err)
         if (r->params->lost)
             r->params->lost(r->params->lost_context, &loss);
     }
-    for (uint64_t id = level0_end(r->grid); id < r->grid->bricks; id++)
+    /* What a lossy file's coarser bricks are made of again is off, so their ranges are wider, and no brick
+     * above them covers these but one that is made again as well. */
+    for (uint64_t id = level0_end(r->grid); id < r->grid->bricks; id++) {
+        struct brick_place place;
+        brick_grid_place(r->grid, id, &place);
         r->report.rebuilt += !r->keep[id];
+        if (!r->keep[id] && place.level + 1 < r->grid->levels && brick_volume_tolerance(r->volume) > 0.0)
+            r->keep[agree_part(r->grid, &place).parent] = 0;
+    }
     return code;
 }
 

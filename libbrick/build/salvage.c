@@ -122,8 +122,8 @@ static int read_one(void *context, uint64_t item, unsigned worker, struct brick_
     if (sure && !code && place.level > 0) { /* as it was written */
         s->state[id] = SALVAGE_VOXELS | SALVAGE_ENTRY;
     } else if (!code && salvage_judge(s, w, &place, &entry, &complete) &&
-               (sure ? entry.min == was.min && entry.max == was.max && entry.mask == was.mask
-                     : codec_agrees(s, w, &place, &entry))) {
+               (sure || constant ? entry.min == was.min && entry.max == was.max && entry.mask == was.mask
+                                 : codec_agrees(s, w, &place, &entry))) {
         s->state[id] = SALVAGE_VOXELS;
         if (complete && !(constant && place.level > 0))
             s->state[id] |= SALVAGE_ENTRY;

@@ -9,27 +9,6 @@
 
 #include "opened.h"
 
-/* Every field of an entry of a constant brick is known from its value but for the value itself, which is
- * there three times. Entries with one wrong field become what they were. (Level 0 of finite values; others
- * are recomputed.) */
-static bool mend_constant(struct brick_entry *e)
-{
-    float value;
-    memcpy(&value, &e->value, sizeof value);
-    if (!isfinite(value) || (value != e->min && value != e->max))
-        value = e->min;
-    struct brick_entry whole = {
-        .flags = BRICK_FLAG_CONSTANT, .min = value + 0.0f, .max = value + 0.0f, .mask = 1};
-    memcpy(&whole.value, &value, sizeof value);
-    int wrong = (e->offset != 0) + (e->bytes != 0) + (e->codec != 0) + (e->flags != whole.flags) +
-                (e->reserved != 0) + (e->checksum != 0) + (e->min != whole.min) + (e->max != whole.max) +
-                (e->mask != whole.mask) + (e->value != whole.value) + (e->nonfinite != 0);
-    if (!isfinite(value) || wrong > 1)
-        return false;
-    *e = whole;
-    return true;
-}
-
 /* Entries that can be read and could be right; the others stay zero. */
 static int read_entries(struct brick_volume *v, const struct layout_header *h, struct brick_error *err)
 {
@@ -56,8 +35,7 @@ static int read_entries(struct brick_volume *v, const struct layout_header *h, s
             layout_get_entry(&e, bytes + i * LAYOUT_ENTRY_BYTES);
             uint64_t start = e.offset;
             bool placed = e.flags & BRICK_FLAG_CONSTANT || e.offset >= LAYOUT_HEADER_BYTES;
-            if (mend_constant(&e) || (placed && start <= h->table[0].offset &&
-                                      opened_entry_sane(v, &e, h->table[0].offset, &start)))
+            if (placed && start <= h->table[0].offset && opened_entry_sane(v, &e, h->table[0].offset, &start))
                 v->entries[id + i] = e;
         }
     }
