@@ -40,10 +40,17 @@ static const struct command *find(const char *name)
 
 static int unknown(const char *name)
 {
-    const char *near = NULL; /* same start: most slips are at the end */
-    for (size_t i = 0; i < COMMANDS && !near; i++)
-        if (!strncmp(name, commands[i].name, 2))
+    const char *near = NULL; /* the longest same start: most slips are at the end */
+    size_t alike = 1;
+    for (size_t i = 0; i < COMMANDS; i++) {
+        size_t n = 0;
+        while (name[n] && name[n] == commands[i].name[n])
+            n++;
+        if (n > alike) {
+            alike = n;
             near = commands[i].name;
+        }
+    }
     if (near)
         fprintf(stderr, "brick: unknown command '%s'; did you mean '%s'? See 'brick help'\n", name, near);
     else
