@@ -11,7 +11,7 @@
 #include "agree.h"
 #include "lossy.h"
 
-enum { BATCH_A_THREAD = 32 };
+enum { BATCH_A_THREAD = 256 };
 
 struct slabs {
     uint64_t low[3], high[3]; /* hash of the first and last 2 * border voxels along each axis */
