@@ -164,6 +164,14 @@ static void choose_downsample(struct repair *r)
     r->report.guessed_downsample = r->report.rebuilt > 0;
 }
 
+static void show_building(void *context, uint64_t done, uint64_t all, enum brick_build_stage limit)
+{
+    const struct brick_repair_params *params = ((const struct repair *)context)->params;
+    (void)limit;
+    if (params->progress)
+        params->progress(params->progress_context, done, all);
+}
+
 static int choose(struct repair *r, struct brick_error *err)
 {
     const struct brick_grid *g = r->grid;
@@ -174,8 +182,8 @@ static int choose(struct repair *r, struct brick_error *err)
     r->build.threads = r->salvage.threads;
     r->build.keep_from = r->volume;
     r->build.keep = r->keep;
-    r->build.progress = r->params->progress;
-    r->build.progress_context = r->params->progress_context;
+    r->build.progress = show_building;
+    r->build.progress_context = r;
     r->build.tolerance = r->report.tolerance_was = brick_volume_tolerance(r->volume);
     if (r->build.tolerance > 0.0) {
         /* Coarser bricks are made of voxels that are off already. */
