@@ -30,18 +30,19 @@ struct request {
     struct tool_list clip;
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, context, field, filter;
+    int mode, method, context, field, filter, classification;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_opacity, no_skip, json, quiet;
+    bool has_opacity, has_classification, no_skip, json, quiet;
 };
 
-/* Mode, method, field and context are in the order of their enums. */
+/* Mode, method, field, classification and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
+static const char *const classifications[] = {"post", "pre", "preintegrated", NULL};
 static const char *const filters[] = {"exact", "fast", NULL};
 
 /* -1, or the exit code of a usage error. */
@@ -62,6 +63,21 @@ static int check_isotrace(const struct request *request)
         return tool_misuse("render", "--method isotrace has no --step or --refinements");
     if (request->has_cache || request->has_context)
         return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
+    return -1;
+}
+
+/* -1, or the exit code of a usage error. */
+static int check_classification(const struct request *request)
+{
+    if (request->has_classification && request->method >= VR_METHODS)
+        return tool_misuse("render", "--classification goes with the methods on the GPU");
+    if (request->classification == VR_CLASSIFY_PRE)
+        return tool_misuse(
+            "render", "--classification pre: no method here classifies voxels; preintegrated and post do "
+                      "values");
+    if (request->classification == VR_CLASSIFY_PREINTEGRATED && request->mode != BRICK_MODE_DVR &&
+        request->mode != BRICK_MODE_SHADED)
+        return tool_misuse("render", "--classification preintegrated goes with --mode dvr or shaded");
     return -1;
 }
 
@@ -101,7 +117,8 @@ static int check_request(const struct request *request)
     }
     if (request->method >= VR_METHODS && (request->filter == VR_FILTER_FAST || request->budget.seconds > 0.0))
         return tool_misuse("render", "--filter fast and --budget go with methods on the GPU");
-    return check_isotrace(request);
+    int code = check_classification(request);
+    return code < 0 ? check_isotrace(request) : code;
 }
 
 static int place_cameras(const struct request *request, const struct brick_grid *grid,
@@ -423,6 +440,11 @@ int cmd_render(int argc, char **argv)
         {"termination", .value = "T", .parse = tool_parse_real, .target = &r.quality.termination,
          .given = &r.has_termination, .limits = {.min = 0, .max = 1},
          .help = "end a ray when less than T gets through (default 1e-4)"},
+        {"classification", .value = "WHEN", .parse = tool_parse_choice, .target = &r.classification,
+         .given = &r.has_classification, .limits = {.choices = classifications},
+         .help = "post (default): the value at each sample; preintegrated:\nall values between two samples, "
+                 "steps up to a "
+                 "voxel"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
@@ -474,6 +496,7 @@ int cmd_render(int argc, char **argv)
     r.scene.height = size[1];
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
+    r.quality.classification = (enum vr_classification)r.classification;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
     r.renderer.context = (enum vr_context_kind)r.context;

@@ -44,6 +44,14 @@ enum vr_method {
     VR_METHODS
 };
 
+/* Where along the way from voxels to a colour the transfer function comes. */
+enum vr_classification {
+    VR_CLASSIFY_POST,         /* of the field's value at each sample */
+    VR_CLASSIFY_PRE,          /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
+    VR_CLASSIFY_PREINTEGRATED /* of all values between two samples, the field being linear from one to the
+                                 other */
+};
+
 /* How it is computed: speed against error. */
 struct vr_quality {
     enum vr_method method;
@@ -51,6 +59,7 @@ struct vr_quality {
     double termination;   /* a ray ends where its transmittance falls below; 0: never */
     bool skip;            /* jump over inactive bricks and macrocells */
     uint32_t refinements; /* bisections at an isosurface hit */
+    enum vr_classification classification;
 };
 extern const struct vr_quality vr_quality_defaults;
 
@@ -96,7 +105,8 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
  * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
- * sizes of the caches. No clip planes. */
+ * sizes of the caches. Pre-integrated classification goes with dvr and shaded, and with steps that move by a
+ * voxel of the level at most along each of its axes. No clip planes. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 
