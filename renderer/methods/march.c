@@ -222,7 +222,8 @@ static int look(struct vr_march *m, const struct vr_frame *frame, const struct v
     struct vr_uniforms u;
     char stand_in[256];
     uint64_t samples = 0;
-    snprintf(stand_in, sizeof stand_in, "#define STAND_IN %d\n%s", BRICK_MAX_LEVELS, defines);
+    snprintf(stand_in, sizeof stand_in, "#define STAND_IN %d\n#undef PREINTEGRATED\n%s", BRICK_MAX_LEVELS,
+             defines);
     int result = rays_resize(&m->look, frame->context, image, 0, err);
     if (result || (result = use_program(frame, source, stand_in, &u, err)) ||
         (result = set_scene(frame, &m->look, &u, err)))

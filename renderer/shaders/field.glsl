@@ -30,16 +30,16 @@ uniform float voxel_grains;              /* a unit of the stored value */
 struct Block {
     bool live;    /* samples are to be fetched */
     bool missing; /* they would be, but the brick is not in the atlas */
-    bool wanted;  /* the brick is in the atlas or missing, whatever the macrocell */
+    bool wanted;  /* the brick is resident or missing, whatever the macrocell */
     bool above;   /* iso, inactive: on which side */
     int brick;    /* its place in the page table */
     int shift;    /* edge of the block, log2 */
     ivec3 offset; /* active: atlas texel = voxel + offset */
-#ifdef PREINTEGRATED
-    int lacks;    /* the brick that a gradient must come from, and that is not in the atlas; or -1 */
-#endif
 #ifdef STAND_IN
     ivec3 halvings; /* from the level to the brick's own, of which offset counts voxels */
+#endif
+#ifdef PREINTEGRATED
+    int lacks;    /* the brick that a gradient must come from, and that is not in the atlas; or -1 */
 #endif
 };
 

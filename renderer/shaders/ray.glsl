@@ -1,9 +1,6 @@
 /* A pixel's ray: found in double precision as libbrick's brick_view_ray and brick_ray_span find it, cut to level 0's box,
  * and divided into pieces of one step from where it enters; each piece has its sample in its middle. Only the last
  * piece is shorter. With PREINTEGRATED samples are where pieces begin and end, one more than there are pieces. */
-#ifdef STAND_IN
-#undef PREINTEGRATED /* a look before the end classifies samples */
-#endif
 uniform dvec3 origin, origin_u, origin_v, dir, dir_u, dir_v; /* struct brick_view */
 uniform dmat3 linear;
 uniform dvec3 box_high;                 /* level 0's dims - 1/2 */

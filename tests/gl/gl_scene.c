@@ -21,12 +21,6 @@ struct vr_renderer *renderer_of(const struct brick_volume *volume, const struct 
     return renderer;
 }
 
-void set_way(int way, struct vr_scene *scene, struct vr_quality *quality)
-{
-    scene->mode = (enum brick_mode)(way % 4);
-    quality->classification = way < 4 ? VR_CLASSIFY_POST : VR_CLASSIFY_PREINTEGRATED;
-}
-
 struct vr_renderer *try_renderer(const struct brick_volume *volume, enum vr_context_kind kind)
 {
     struct vr_renderer_params params = vr_renderer_defaults;
@@ -39,6 +33,12 @@ uint64_t slots_bytes(const struct brick_volume *volume, uint64_t bricks)
     const struct brick_grid *grid = brick_volume_grid(volume);
     uint64_t stored = grid->edge + 2 * grid->border;
     return bricks * stored * stored * stored * brick_type_bytes(grid->type);
+}
+
+void set_way(int way, struct vr_scene *scene, struct vr_quality *quality)
+{
+    scene->mode = (enum brick_mode)(way % 4);
+    quality->classification = way < 4 ? VR_CLASSIFY_POST : VR_CLASSIFY_PREINTEGRATED;
 }
 
 struct brick_volume *volume_of(struct memory_source *source, uint32_t edge)
