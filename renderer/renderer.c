@@ -8,16 +8,19 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "context.h"
-#include "raycast.h"
-#include "residency.h"
+#include "method.h"
 
 struct vr_renderer {
     const struct brick_volume *volume;
     struct vr_context *context;
     struct brick_pool *pool;
     struct vr_residency *residency;
-    struct vr_raycast raycast;
+    struct vr_frame_store store;
+    void *state[VR_METHODS]; /* NULL until a method draws for the first time */
+};
+
+static const struct vr_method_row *const methods[VR_METHODS] = {
+    [VR_METHOD_RAYCAST] = &vr_raycast,
 };
 
 int vr_renderer_create(struct vr_renderer **out, const struct brick_volume *volume,
@@ -51,12 +54,17 @@ void vr_renderer_destroy(struct vr_renderer **renderer)
     if (!r)
         return;
     if (r->residency && vr_context_bind(r->context, NULL) == BRICK_OK) {
-        vr_raycast_finish(&r->raycast, r->context);
+        for (int m = 0; m < VR_METHODS; m++)
+            if (r->state[m])
+                methods[m]->finish(r->state[m], r->context);
+        vr_frame_store_finish(&r->store, r->context);
         vr_residency_destroy(&r->residency);
         vr_context_unbind(r->context);
     }
     vr_context_destroy(&r->context);
     brick_pool_destroy(&r->pool);
+    for (int m = 0; m < VR_METHODS; m++)
+        free(r->state[m]);
     free(r);
     *renderer = NULL;
 }
@@ -66,6 +74,8 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
                        struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(r->volume);
+    if ((unsigned)quality->method >= VR_METHODS)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "method %d does not exist", (int)quality->method);
     if ((unsigned)scene->mode > BRICK_MODE_MIP)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "mode %d does not exist", (int)scene->mode);
     if (scene->mode != BRICK_MODE_ISO && !scene->transfer)
@@ -96,11 +106,19 @@ static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, con
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     struct vr_residency_counters counters;
     struct vr_report drawn = {0};
+    const struct vr_method_row *method = methods[quality->method];
+    struct vr_frame frame = {
+        .context = r->context, .store = &r->store, .volume = r->volume, .residency = r->residency};
     uint64_t start_ns = brick_now_ns();
-    int result = vr_residency_begin(r->residency, &query, &scene->camera, err);
+    void **state = &r->state[quality->method];
+    if (!*state && !(*state = calloc(1, method->state_bytes)))
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a method's state");
+    int result = vr_frame_init(&frame, scene, quality, err);
     if (!result)
-        result = vr_raycast_draw(&r->raycast, r->context, r->volume, r->residency, scene, quality, image,
-                                 &drawn, err);
+        result = vr_residency_begin(r->residency, &query, &scene->camera, err);
+    if (!result)
+        result = method->draw(*state, &frame, image, &drawn, err);
+    vr_frame_finish(&frame);
     if (result || !report)
         return result;
     vr_residency_count(r->residency, &counters);

@@ -15,7 +15,8 @@
 #include "options.h"
 #include "transfer.h"
 
-enum { METHOD_RAYCAST, METHOD_ISOTRACE, METHOD_EXACT };
+/* The GPU's, in the order of enum vr_method, then those on the CPU. */
+enum { METHOD_ISOTRACE = VR_METHODS, METHOD_EXACT };
 
 struct request {
     struct tool_list outputs;
@@ -35,7 +36,7 @@ struct request {
     bool has_opacity, no_skip, json, quiet;
 };
 
-/* Mode, field and context are in the order of their enums. */
+/* Mode, method, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
@@ -231,7 +232,7 @@ static int make_frames(const struct request *request, const struct brick_volume 
     studio.scene.transfer = transfer;
     if (!code)
         code = brick_image_init(&studio.image, studio.scene.width, studio.scene.height, err);
-    if (!code && request->method == METHOD_RAYCAST)
+    if (!code && request->method < VR_METHODS)
         code = vr_renderer_create(&studio.renderer, volume, &request->renderer, err);
     const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
                                             .threads = request->renderer.threads};
@@ -456,6 +457,8 @@ int cmd_render(int argc, char **argv)
     r.scene.height = size[1];
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
+    if (r.method < VR_METHODS)
+        r.quality.method = (enum vr_method)r.method;
     r.renderer.context = (enum vr_context_kind)r.context;
     return render(&r, argv[first]);
 }

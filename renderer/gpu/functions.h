@@ -16,6 +16,7 @@
     X(PFNGLBUFFERDATAPROC, BufferData)                                                                       \
     X(PFNGLBUFFERSUBDATAPROC, BufferSubData)                                                                 \
     X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                                               \
+    X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                                                                 \
     X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \

@@ -58,21 +58,26 @@ static int compile(struct vr_context *context, GLenum stage, const char *defines
                       log[0] ? log : "no log");
 }
 
-int vr_program_create(struct vr_context *context, const char *defines, const struct vr_shader_part *parts,
-                      int count, GLuint *program, struct brick_error *err)
+int vr_program_create(struct vr_context *context, const char *defines, const struct vr_program_source *source,
+                      GLuint *program, struct brick_error *err)
 {
+    static const struct vr_shader_part fullscreen = {"fullscreen.vert.glsl", vr_shader_fullscreen_vert};
     const struct vr_gl *gl = &context->gl;
-    const struct vr_shader_part vertex_part = {"fullscreen.vert.glsl", vr_shader_fullscreen_vert};
+    const struct vr_shader_part *vertex_parts = source->vertex ? source->vertex : &fullscreen;
+    int vertex_count = source->vertex ? source->vertex_count : 1;
     GLuint vertex = 0, fragment = 0;
     GLint ok = GL_FALSE;
     char log[480] = "";
     int result;
 
     *program = 0;
-    if (count < 1 || count > VR_PROGRAM_MAX_PARTS)
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "a program of %d parts", count);
-    if ((result = compile(context, GL_VERTEX_SHADER, "", &vertex_part, 1, &vertex, err)) ||
-        (result = compile(context, GL_FRAGMENT_SHADER, defines, parts, count, &fragment, err)))
+    if (vertex_count < 1 || vertex_count > VR_PROGRAM_MAX_PARTS || source->fragment_count < 1 ||
+        source->fragment_count > VR_PROGRAM_MAX_PARTS)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "a program of %d and %d parts", vertex_count,
+                          source->fragment_count);
+    if ((result = compile(context, GL_VERTEX_SHADER, defines, vertex_parts, vertex_count, &vertex, err)) ||
+        (result = compile(context, GL_FRAGMENT_SHADER, defines, source->fragment, source->fragment_count,
+                          &fragment, err)))
         goto done;
     *program = gl->CreateProgram();
     gl->AttachShader(*program, vertex);
@@ -84,8 +89,9 @@ int vr_program_create(struct vr_context *context, const char *defines, const str
         first_line(log);
         gl->DeleteProgram(*program);
         *program = 0;
-        result = brick_fail(err, BRICK_ERR_UNSUPPORTED, "%s does not link on %s: %s", parts[count - 1].name,
-                            context->renderer, log[0] ? log : "no log");
+        result = brick_fail(err, BRICK_ERR_UNSUPPORTED, "%s does not link on %s: %s",
+                            source->fragment[source->fragment_count - 1].name, context->renderer,
+                            log[0] ? log : "no log");
     }
 done:
     gl->DeleteShader(vertex);

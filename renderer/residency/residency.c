@@ -21,6 +21,7 @@
 #include "depth.h"
 #include "page_table.h"
 #include "upload.h"
+#include "wants.h"
 
 #define NO_BRICK UINT64_MAX
 #define NO_SLOT  UINT32_MAX
@@ -39,12 +40,6 @@ struct classification {
     double isovalue;
     struct brick_transfer_knot *knots;
     size_t count;
-};
-
-struct want {
-    double distance;
-    uint32_t brick;
-    bool needed;
 };
 
 enum worth { WORTH_NOTHING, WORTH_PAST, WORTH_FUTURE };
@@ -82,9 +77,10 @@ struct vr_residency {
     uint64_t active, loaded;
     struct brick_cache_counters before;
 
+    uint32_t *order; /* NULL until asked for */
+
     /* Of one pass; room for one a slot (changed_pages: two) but for wants, which grow. */
-    struct want *wants;
-    size_t wants_room;
+    struct vr_wants wants;
     struct victim *victims;
     uint64_t *ids;
     uint32_t *changed_pages, *changed_slots;
@@ -143,7 +139,8 @@ void vr_residency_destroy(struct vr_residency **residency)
     free(r->ids);
     free(r->changed_pages);
     free(r->changed_slots);
-    free(r->wants);
+    vr_wants_finish(&r->wants);
+    free(r->order);
     free(r->classification.knots);
     free(r->slot_of);
     free(r->page);
@@ -278,54 +275,10 @@ int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *
     return BRICK_OK;
 }
 
-static int nearer(const void *a, const void *b)
+static double distance_of(const struct vr_residency *r, uint64_t b, bool far_first)
 {
-    const struct want *p = a, *q = b;
-    if (p->distance != q->distance)
-        return p->distance < q->distance ? -1 : 1;
-    return (p->brick > q->brick) - (p->brick < q->brick);
-}
-
-/* The nearest first, but before it the nearest that a ray waits for, should rounding have put another there:
- * that one is sure of a slot, so every pass takes a ray further. */
-static void sort_wants(struct vr_residency *r, size_t n)
-{
-    size_t i = 0;
-    qsort(r->wants, n, sizeof *r->wants, nearer);
-    while (i < n && !r->wants[i].needed)
-        i++;
-    if (i == n)
-        return;
-    const struct want first = r->wants[i];
-    memmove(r->wants + 1, r->wants, i * sizeof first);
-    r->wants[0] = first;
-}
-
-static int gather(struct vr_residency *r, const struct vr_feedback *feedback, size_t *count,
-                  struct brick_error *err)
-{
-    size_t n = 0;
-    for (uint64_t w = 0; w < (r->bricks + 15) / 16; w++) {
-        uint32_t word = feedback->words[feedback->tiles + w];
-        for (uint32_t i = 0; word; i++, word >>= 2) {
-            if (!(word & 3))
-                continue;
-            if (n == r->wants_room) {
-                size_t room = n ? 2 * n : 1024;
-                struct want *wants = realloc(r->wants, room * sizeof *wants);
-                if (!wants)
-                    return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of %zu bricks", room);
-                r->wants = wants;
-                r->wants_room = room;
-            }
-            uint32_t b = (uint32_t)(16 * w + i);
-            bool needed = word & VR_FEEDBACK_NEEDED;
-            r->wants[n++] = (struct want){vr_depth_of(&r->depth, b), b, needed};
-        }
-    }
-    sort_wants(r, n);
-    *count = n;
-    return BRICK_OK;
+    double depth = vr_depth_of(&r->depth, b);
+    return far_first ? -depth : depth;
 }
 
 static int better_victim(const void *a, const void *b)
@@ -340,9 +293,9 @@ static int better_victim(const void *a, const void *b)
     return (p->slot > q->slot) - (p->slot < q->slot);
 }
 
-/* Slots that this pass does not want, those that go first in front. front: distance of the nearest brick that
- * a ray waits for. */
-static void find_victims(struct vr_residency *r, double front)
+/* Slots that this pass does not want, those that go first in front. front: distance of the first brick that
+ * this pass wants; distances are depths, or for a sweep towards the eye their negatives. */
+static void find_victims(struct vr_residency *r, double front, bool far_first)
 {
     size_t n = 0;
     for (uint32_t s = 0; s < r->atlas.count; s++) {
@@ -352,7 +305,7 @@ static void find_victims(struct vr_residency *r, double front)
         if (r->slots[s].id == NO_BRICK) {
             v.worth = WORTH_NOTHING;
         } else if (needed_by_picture(r, s)) {
-            v.distance = vr_depth_of(&r->depth, brick_in(r, s));
+            v.distance = distance_of(r, brick_in(r, s), far_first);
             v.worth = v.distance < front ? WORTH_PAST : WORTH_FUTURE;
         }
         r->victims[n++] = v;
@@ -431,36 +384,91 @@ static int load(struct vr_residency *r, size_t n, struct brick_error *err)
     return vr_context_check(r->context, "brick upload", err);
 }
 
+/* Of the wants that a slot can hold: those that are missing, to the list's start. Returns their number. */
+static size_t find_missing(struct vr_residency *r, size_t count)
+{
+    size_t missing = 0;
+    r->pass++;
+    r->changed_page_count = r->changed_slot_count = 0;
+    for (size_t i = 0; i < count && i < r->atlas.count; i++) {
+        uint32_t s = r->slot_of[r->wants.item[i].brick];
+        if (s == NO_SLOT)
+            r->wants.item[missing++] = r->wants.item[i];
+        else
+            r->slots[s].used = r->pass;
+    }
+    return missing;
+}
+
 int vr_residency_bring(struct vr_residency *r, const struct vr_feedback *feedback, uint64_t *wanted,
                        struct brick_error *err)
 {
     uint64_t first = brick_volume_grid(r->volume)->level[r->level].first_brick;
-    size_t count = 0, missing = 0, n = 0;
-    int result = gather(r, feedback, &count, err);
+    size_t count = 0, n = 0;
+    int result = vr_wants_gather(&r->wants, feedback, &r->depth, &count, err);
     *wanted = count;
     if (result)
         return result;
-    const double front = count ? r->wants[0].distance : 0.0;
-    r->pass++;
-    r->changed_page_count = r->changed_slot_count = 0;
-    for (size_t i = 0; i < count && i < r->atlas.count; i++) {
-        uint32_t s = r->slot_of[r->wants[i].brick];
-        if (s == NO_SLOT)
-            r->wants[missing++] = r->wants[i];
-        else
-            r->slots[s].used = r->pass;
-    }
+    const double front = count ? r->wants.item[0].distance : 0.0;
+    const size_t missing = find_missing(r, count);
     if (!missing)
         return BRICK_OK;
-    find_victims(r, front);
+    find_victims(r, front, false);
     for (size_t i = 0; i < missing; i++) {
-        const struct want *w = &r->wants[i];
+        const struct vr_want *w = &r->wants.item[i];
         const struct victim *v = &r->victims[n];
         /* What comes next does not push out what is nearer. */
         if (w->needed || v->worth != WORTH_FUTURE || v->distance > w->distance)
             r->ids[n++] = first + w->brick;
     }
     return load(r, n, err);
+}
+
+int vr_residency_order(struct vr_residency *r, bool far_first, const uint32_t **bricks, size_t *count,
+                       struct brick_error *err)
+{
+    size_t n = 0;
+    int result = vr_wants_reserve(&r->wants, r->active, err);
+    uint32_t *order = realloc(r->order, (r->active ? r->active : 1) * sizeof *order);
+    if (order)
+        r->order = order;
+    else if (!result)
+        result = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of %llu bricks",
+                            (unsigned long long)r->active);
+    if (result)
+        return result;
+    for (uint64_t b = 0; b < r->bricks; b++)
+        if (r->state[b] >= BRICK_STATE_ACTIVE)
+            r->wants.item[n++] = (struct vr_want){distance_of(r, b, far_first), (uint32_t)b, true};
+    vr_wants_sort(&r->wants, n);
+    for (size_t i = 0; i < n; i++)
+        order[i] = r->wants.item[i].brick;
+    *bricks = order;
+    *count = n;
+    return BRICK_OK;
+}
+
+int vr_residency_hold(struct vr_residency *r, const uint32_t *bricks, size_t n, bool far_first,
+                      struct brick_error *err)
+{
+    uint64_t first = brick_volume_grid(r->volume)->level[r->level].first_brick;
+    int result = vr_wants_reserve(&r->wants, n, err);
+    if (result || !n)
+        return result;
+    for (size_t i = 0; i < n; i++)
+        r->wants.item[i] = (struct vr_want){0.0, bricks[i], true};
+    const size_t missing = find_missing(r, n);
+    if (!missing)
+        return BRICK_OK;
+    find_victims(r, distance_of(r, bricks[0], far_first), far_first);
+    for (size_t i = 0; i < missing; i++)
+        r->ids[i] = first + r->wants.item[i].brick;
+    return load(r, missing, err);
+}
+
+uint32_t vr_residency_slot(const struct vr_residency *r, uint32_t brick)
+{
+    return r->slot_of[brick];
 }
 
 void vr_residency_count(const struct vr_residency *r, struct vr_residency_counters *counters)

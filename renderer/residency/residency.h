@@ -39,6 +39,18 @@ int vr_residency_begin(struct vr_residency *residency, const struct brick_active
 int vr_residency_bring(struct vr_residency *residency, const struct vr_feedback *feedback, uint64_t *wanted,
                        struct brick_error *err);
 
+/* For methods that draw bricks one after the other, in batches: the picture's active bricks in the order in
+ * which rays meet them, or the other way round. *bricks, of *count, is the residency's, and stands until the
+ * next picture begins. */
+int vr_residency_order(struct vr_residency *residency, bool far_first, const uint32_t **bricks, size_t *count,
+                       struct brick_error *err);
+/* Make bricks[0..n) resident, n at most the atlas's slots; bricks are a run of vr_residency_order's list, and
+ * runs come in the list's order. */
+int vr_residency_hold(struct vr_residency *residency, const uint32_t *bricks, size_t n, bool far_first,
+                      struct brick_error *err);
+/* The slot of a brick of the level, UINT32_MAX when it is not resident. */
+uint32_t vr_residency_slot(const struct vr_residency *residency, uint32_t brick);
+
 void vr_residency_count(const struct vr_residency *residency, struct vr_residency_counters *counters);
 const struct vr_atlas *vr_residency_atlas(const struct vr_residency *residency);
 const struct vr_macrocells *vr_residency_macrocells(const struct vr_residency *residency);

@@ -148,7 +148,7 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
 #elif MODE == MODE_ISO
 uniform float isovalue;    /* stored; a value is above when it is not less */
 uniform vec3 surface;      /* colour */
-uniform uint refinements;  /* bisections */
+uniform int refinements;   /* bisections */
 
 #define SIDE_NONE  0 /* a cell that is not finite has none, and bounds no surface */
 #define SIDE_BELOW 1
@@ -234,7 +234,7 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
         return true;
     Fixed3 near = ray_sample(ray, k - 1u), far = ray_sample(ray, k);
     Fixed3 width = fixed_subtract(far, near);
-    for (uint i = 0u; i < refinements; i++) {
+    for (uint i = 0u; i < uint(refinements); i++) {
         Fixed3 narrow = fixed_half(width), middle = fixed_add(near, narrow);
         if (i >= s.halved) { /* else it was done in an earlier pass */
             if (s.stage != STAGE_HALVE)

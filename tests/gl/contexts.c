@@ -46,7 +46,8 @@ static void draw_something(struct vr_context *context, float value)
     assert_int_equal(vr_context_bind(context, &err), 0);
     assert_true(context->version >= 43);
     assert_int_equal(vr_target_init(&target, context, 5, 7, &err), 0);
-    if (vr_program_create(context, "", &part, 1, &program, &err))
+    if (vr_program_create(context, "", &(struct vr_program_source){.fragment = &part, .fragment_count = 1},
+                          &program, &err))
         fail_msg("%s", err.message);
     context->gl.UseProgram(program);
     context->gl.Uniform1f(context->gl.GetUniformLocation(program, "value"), value);
@@ -101,13 +102,18 @@ static void test_program_errors(void **state)
     if (!context)
         skip();
     assert_int_equal(vr_context_bind(context, &err), 0);
-    assert_int_equal(vr_program_create(context, "#define X 1\n", parts, 2, &program, &err),
+    assert_int_equal(vr_program_create(context, "#define X 1\n",
+                                       &(struct vr_program_source){.fragment = parts, .fragment_count = 2},
+                                       &program, &err),
                      BRICK_ERR_UNSUPPORTED);
     assert_int_equal(program, 0);
     assert_non_null(strstr(err.message, "bad.glsl:2 "));
     assert_non_null(strstr(err.message, "nonsense"));
     assert_null(strchr(err.message, '\n'));
-    assert_int_equal(vr_program_create(context, "", parts, 1, &program, &err), BRICK_ERR_UNSUPPORTED);
+    assert_int_equal(vr_program_create(context, "",
+                                       &(struct vr_program_source){.fragment = parts, .fragment_count = 1},
+                                       &program, &err),
+                     BRICK_ERR_UNSUPPORTED);
 
     struct vr_buffer buffer = {0};
     assert_int_equal(vr_buffer_write(&buffer, context, GL_R32UI, NULL, UINT64_C(1) << 50, "page table", &err),

@@ -61,7 +61,8 @@ static void run(struct bench *b, struct vr_shader_part part, const char *main_te
     GLuint program;
     struct vr_buffer buffer = {0};
     memset(flags, 1, sizeof flags);
-    if (vr_program_create(b->context, "", parts, 2, &program, &err))
+    if (vr_program_create(b->context, "", &(struct vr_program_source){.fragment = parts, .fragment_count = 2},
+                          &program, &err))
         fail_msg("%s", err.message);
     assert_int_equal(
         vr_buffer_write(&buffer, b->context, GL_R32UI, input, EDGE * EDGE * sizeof *input, "test", &err), 0);

@@ -38,8 +38,15 @@ struct vr_scene {
 };
 extern const struct vr_scene vr_scene_defaults;
 
+/* Methods on the GPU, drawn by vr_render. */
+enum vr_method {
+    VR_METHOD_RAYCAST, /* Krueger and Westermann 2003; Scharsach 2005 */
+    VR_METHODS
+};
+
 /* How it is computed: speed against error. */
 struct vr_quality {
+    enum vr_method method;
     double step_vox;      /* of the smallest voxel edge, > 0 */
     double termination;   /* a ray ends where its transmittance falls below; 0: never */
     bool skip;            /* jump over inactive bricks and macrocells */
@@ -75,10 +82,12 @@ int vr_renderer_create(struct vr_renderer **renderer, const struct brick_volume 
                        const struct vr_renderer_params *params, struct brick_error *err);
 void vr_renderer_destroy(struct vr_renderer **renderer);
 
-/* GPU raycasting, in passes: bricks that rays need come from the file between them, into caches of any size
- * that holds a brick; the picture is the same bytes for all sizes. Bricks stay for the next picture. image
- * has scene->width x scene->height. Errors of reading name the brick; the image is then undefined.
- * BRICK_ERR_UNSUPPORTED for clip planes. */
+/* Draw by quality->method. image has scene->width x scene->height. Bricks come from the file while drawing,
+ * into caches of any size that holds a brick, and stay for the next picture. Errors of reading name the
+ * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
+ *
+ * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
+ * sizes of the caches. No clip planes. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 

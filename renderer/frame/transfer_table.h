@@ -1,6 +1,6 @@
 /* The transfer function as the shaders read it (shaders/transfer.glsl): float32 pieces over stored values. */
-#ifndef RENDERER_METHODS_RAYCAST_TRANSFER_TABLE_H
-#define RENDERER_METHODS_RAYCAST_TRANSFER_TABLE_H
+#ifndef RENDERER_FRAME_TRANSFER_TABLE_H
+#define RENDERER_FRAME_TRANSFER_TABLE_H
 
 #include <brick/grid.h>
 #include <brick/transfer.h>

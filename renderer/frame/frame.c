@@ -1,0 +1,74 @@
+/* A frame's beginning and end, and what its shaders are told to leave out. */
+#include "frame.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* Samples a ray: they are counted in 32 bits. */
+#define MAX_SAMPLES 2147483648.0
+
+void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *context)
+{
+    vr_programs_finish(&store->programs, context);
+    vr_buffer_finish(&store->pieces, context);
+    vr_buffer_finish(&store->bins, context);
+}
+
+/* Can samples and voxels be counted? */
+static int check_counts(const struct vr_frame *frame, struct brick_error *err)
+{
+    double spacing[3], longest = 0.0;
+    brick_grid_spacing_mm(frame->grid, spacing);
+    for (int a = 0; a < 3; a++) {
+        longest += spacing[a] * (double)frame->grid->dims[a];
+        if (frame->level->dims[a] > INT32_MAX - 1024)
+            return brick_fail(
+                err, BRICK_ERR_UNSUPPORTED,
+                "the level has %llu voxels on an axis, more than a shader can count: use a coarser level",
+                (unsigned long long)frame->level->dims[a]);
+    }
+    if (ceil(longest / frame->step_mm) + 1.0 > MAX_SAMPLES)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g mm makes more than 2^31 samples a ray",
+                          frame->step_mm);
+    return BRICK_OK;
+}
+
+int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const struct vr_quality *quality,
+                  struct brick_error *err)
+{
+    int result;
+    frame->scene = scene;
+    frame->quality = quality;
+    frame->grid = brick_volume_grid(frame->volume);
+    frame->level = &frame->grid->level[scene->level];
+    frame->step_mm = quality->step_vox * brick_grid_min_spacing_mm(frame->grid);
+    frame->table = (struct vr_transfer_table){.search_steps = 1};
+    if ((result = check_counts(frame, err)) ||
+        (result =
+             brick_view_init(&frame->view, &scene->camera, frame->grid, scene->width, scene->height, err)))
+        return result;
+    return scene->mode == BRICK_MODE_ISO
+               ? BRICK_OK
+               : vr_transfer_table_init(&frame->table, scene->transfer, frame->grid, err);
+}
+
+void vr_frame_finish(struct vr_frame *frame)
+{
+    vr_transfer_table_finish(&frame->table);
+}
+
+size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFINES_BYTES])
+{
+    static const char *const modes[] = {"MODE_DVR", "MODE_SHADED", "MODE_ISO", "MODE_MIP"};
+    static const char *const samplers[BRICK_TYPE_STORED_COUNT] = {
+        [BRICK_U8] = "usampler3D",  [BRICK_I8] = "isampler3D", [BRICK_U16] = "usampler3D",
+        [BRICK_I16] = "isampler3D", [BRICK_F32] = "sampler3D",
+    };
+    return (size_t)snprintf(
+        defines, VR_FRAME_DEFINES_BYTES,
+        "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
+        "#define MODE %s\n#define VOXEL_SAMPLER %s\n#define SEARCH_STEPS %u\n%s%s",
+        modes[frame->scene->mode], samplers[frame->grid->type], frame->table.search_steps,
+        frame->quality->skip ? "#define SKIP\n" : "",
+        brick_volume_stats(frame->volume)->nonfinite ? "#define NONFINITE\n" : "");
+}

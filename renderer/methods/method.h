@@ -1,0 +1,19 @@
+/* A method as the renderer sees it: a row in its table. */
+#ifndef RENDERER_METHODS_METHOD_H
+#define RENDERER_METHODS_METHOD_H
+
+#include "frame.h"
+
+struct vr_method_row {
+    size_t state_bytes; /* of what the method keeps from picture to picture; zeros are empty */
+    /* Draw the frame into image, which has the scene's size; counts passes and samples in report, whose other
+     * figures are the renderer's. BRICK_ERR_UNSUPPORTED for what the scene or the quality asks and this
+     * method does not do. */
+    int (*draw)(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
+                struct brick_error *err);
+    void (*finish)(void *state, struct vr_context *context); /* the context is bound */
+};
+
+extern const struct vr_method_row vr_raycast;
+
+#endif
