@@ -12,6 +12,7 @@
 #include <brick/threads.h>
 
 #include "cells.h"
+#include "scene.h"
 #include "trace.h"
 
 #define TILE          16
@@ -37,19 +38,19 @@ struct frame {
     double *hit_mm;
     uint32_t tiles_x, tiles_y;
     struct worker *workers;
+    double clip[VR_MAX_CLIP_PLANES][4]; /* vr_scene_clip_plane */
 };
 
 /* Cut the span where the scene's clip planes do. False when nothing is left. */
-static bool clip_span(const struct brick_grid *grid, const struct vr_scene *scene,
-                      const struct brick_ray *ray, double *t_enter_mm, double *t_leave_mm)
+static bool clip_span(const struct frame *frame, const struct brick_ray *ray, double *t_enter_mm,
+                      double *t_leave_mm)
 {
-    for (uint32_t p = 0; p < scene->clip_count; p++) {
-        double inside = -scene->clip[p].offset_mm, slope = 0.0; /* of the kept side's distance, at t = 0 */
+    for (uint32_t p = 0; p < frame->scene->clip_count; p++) {
+        const double *plane = frame->clip[p];
+        double inside = plane[3], slope = 0.0; /* of the kept side's distance, at t = 0 */
         for (int i = 0; i < 3; i++) {
-            const double *row = grid->affine[i], *o = ray->origin, *d = ray->direction;
-            double n = scene->clip[p].normal[i];
-            inside += n * (row[0] * o[0] + row[1] * o[1] + row[2] * o[2] + row[3]);
-            slope += n * (row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
+            inside += plane[i] * ray->origin[i];
+            slope += plane[i] * ray->direction[i];
         }
         if (slope > 0.0)
             *t_enter_mm = fmax(*t_enter_mm, -inside / slope);
@@ -71,7 +72,7 @@ static int render_pixel(struct frame *frame, struct worker *worker, uint32_t x, 
     double t_enter_mm, t_leave_mm;
     brick_view_ray(&frame->view, x, y, &ray);
     if (brick_ray_span(&ray, frame->grid, &t_enter_mm, &t_leave_mm) &&
-        clip_span(frame->grid, frame->scene, &ray, &t_enter_mm, &t_leave_mm)) {
+        clip_span(frame, &ray, &t_enter_mm, &t_leave_mm)) {
         int result = vr_trace(&frame->look, &worker->cells.cells, &ray, t_enter_mm, t_leave_mm, &traced, err);
         if (result)
             return result;
@@ -95,21 +96,6 @@ static int render_tile(void *context, uint64_t item, unsigned worker, struct bri
             if (result)
                 return result;
         }
-    return BRICK_OK;
-}
-
-static int check_clip(const struct vr_scene *scene, struct brick_error *err)
-{
-    if (scene->clip_count > VR_MAX_CLIP_PLANES)
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: %u clip planes; %d are allowed", scene->clip_count,
-                          VR_MAX_CLIP_PLANES);
-    for (uint32_t p = 0; p < scene->clip_count; p++) {
-        const double *n = scene->clip[p].normal;
-        double length = hypot(hypot(n[0], n[1]), n[2]);
-        if (!(length > 0.0) || !isfinite(length) || !isfinite(scene->clip[p].offset_mm))
-            return brick_fail(err, BRICK_ERR_ARGUMENT,
-                              "exact: clip plane %u has a normal of zero or numbers that are not finite", p);
-    }
     return BRICK_OK;
 }
 
@@ -138,7 +124,7 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
     if (!(params->tolerance >= MIN_TOLERANCE && params->tolerance < 1.0))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: a tolerance of %g; %g or more is possible",
                           params->tolerance, MIN_TOLERANCE);
-    return check_clip(scene, err);
+    return vr_scene_check_parts(scene, err);
 }
 
 static void set_look(struct vr_look *look, const struct brick_grid *grid, const struct vr_scene *scene,
@@ -202,6 +188,8 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     active = brick_active_set(volume, &query, states);
     set_look(&frame.look, grid, scene, params);
+    for (uint32_t p = 0; p < scene->clip_count; p++)
+        vr_scene_clip_plane(scene, grid, p, frame.clip[p]);
 
     result = brick_cache_create(&cache, volume, params->host_cache_bytes, err);
     if (result)

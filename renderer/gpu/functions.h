@@ -67,6 +67,7 @@
     X(PFNGLUNIFORM3DVPROC, Uniform3dv)                                                                       \
     X(PFNGLUNIFORM3FVPROC, Uniform3fv)                                                                       \
     X(PFNGLUNIFORM3IVPROC, Uniform3iv)                                                                       \
+    X(PFNGLUNIFORM4DVPROC, Uniform4dv)                                                                       \
     X(PFNGLUNIFORM4FVPROC, Uniform4fv)                                                                       \
     X(PFNGLUNIFORMMATRIX3FVPROC, UniformMatrix3fv)                                                           \
     X(PFNGLUNIFORMMATRIX3DVPROC, UniformMatrix3dv)                                                           \

@@ -19,6 +19,9 @@ layout(rg32ui) uniform uimage2D progress_image;
 uniform bool resume;
 uniform int look_ahead; /* active bricks that a waiting ray asks for beyond the one it needs */
 #define FINISHED 0xffffffffu
+#ifdef MESHES
+uniform sampler2D mesh_colour; /* of the nearest mesh, or zeros */
+#endif
 
 /* How many samples, from the one at `at`, lie in the block: at least 1, and never too many: the way to the exit, in steps,
  * is shortened by more than its rounding error. */
@@ -79,7 +82,7 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 #if MODE == MODE_SHADED
     rgb = shade(rgb, cell_gradient(c, texel, f), ray.view);
 #endif
-    precise float x = sigma * (k + 1u == ray.count ? ray.last_length_mm : ray.length_mm);
+    precise float x = sigma * ray_length(ray, k);
     precise vec3 sum = s.rgb + (s.transmittance * opacity(x)) * rgb;
     s.rgb = sum;
     s.depth += x;
@@ -304,8 +307,8 @@ void want_ahead(Ray ray, uint k, Fixed3 at, int brick)
         uint jump = leap(ray, at, home, brick_shift);
         if (jump >= ray.count - k)
             break;
+        at = ray_next(ray, k, at, jump);
         k += jump;
-        at = k + 1u == ray.count ? ray.last : fixed_add(at, fixed_times(ray.step, jump));
         home = owner(at.cell);
         int next = brick_of(home);
         if (next != brick && texelFetch(pages, next).r >> 30 >= STATE_RESIDENT) {
@@ -314,6 +317,15 @@ void want_ahead(Ray ray, uint k, Fixed3 at, int brick)
         }
         brick = next;
     }
+}
+
+/* The picture's colour, given the volume's. */
+vec4 over_mesh(ivec2 pixel, vec4 colour)
+{
+#ifdef MESHES
+    colour += (1.0 - colour.a) * texelFetch(mesh_colour, pixel, 0);
+#endif
+    return colour;
 }
 
 void main()
@@ -332,7 +344,7 @@ void main()
         fetched = progress.y;
     }
     if (!ray_init(pixel + tile_origin, ray)) {
-        imageStore(state_image, pixel, uvec4(0u));
+        imageStore(state_image, pixel, floatBitsToUint(over_mesh(pixel, vec4(0.0))));
         imageStore(progress_image, pixel, uvec4(FINISHED, 0u, 0u, 0u));
         return;
     }
@@ -352,11 +364,13 @@ void main()
 #else
             uint jump = 1u;
 #endif
-            k += jump;
             left--;
-            if (k >= ray.count)
+            if (jump == ray.count - k) {
+                k = ray.count;
                 break;
-            at = k + 1u == ray.count ? ray.last : fixed_add(at, fixed_times(ray.step, jump));
+            }
+            at = ray_next(ray, k, at, jump);
+            k += jump;
             home = owner(at.cell);
             block = locate(home);
         }
@@ -372,16 +386,14 @@ void main()
             fetched++;
             if (done)
                 break;
+            at = ray_next(ray, k, at, 1u);
             k++;
             left--;
-            at = fixed_add(at, ray.step);
-            if (k + 1u == ray.count)
-                at = ray.last;
         } while (k < ray.count && left > 0u && owner(at.cell) >> block.shift == inside);
     }
     bool ended = done || k >= ray.count;
     if (ended && state_end(state, ray, k, fetched, block, colour)) {
-        imageStore(state_image, pixel, floatBitsToUint(colour));
+        imageStore(state_image, pixel, floatBitsToUint(over_mesh(pixel, colour)));
         imageStore(progress_image, pixel, uvec4(FINISHED, fetched, 0u, 0u));
         return;
     }

@@ -193,4 +193,5 @@ static void finish(void *state, struct vr_context *context)
     vr_feedback_finish(&r->feedback, context);
 }
 
-const struct vr_method_row vr_raycast = {sizeof(struct raycast), draw, finish};
+const struct vr_method_row vr_raycast = {
+    .clips = true, .meshes = true, .state_bytes = sizeof(struct raycast), .draw = draw, .finish = finish};
