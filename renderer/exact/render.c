@@ -12,6 +12,7 @@
 #include <brick/threads.h>
 
 #include "cells.h"
+#include "meshes.h"
 #include "scene.h"
 #include "trace.h"
 
@@ -39,6 +40,8 @@ struct frame {
     uint32_t tiles_x, tiles_y;
     struct worker *workers;
     double clip[VR_MAX_CLIP_PLANES][4]; /* vr_scene_clip_plane */
+    struct vr_mesh_tree *tree;          /* NULL: no meshes */
+    struct brick_view world;            /* of its rays */
 };
 
 /* Cut the span where the scene's clip planes do. False when nothing is left. */
@@ -62,21 +65,48 @@ static bool clip_span(const struct frame *frame, const struct brick_ray *ray, do
     return *t_enter_mm < *t_leave_mm;
 }
 
+/* Behind all that the ray has gathered, and nothing is behind it. */
+static void add_mesh(const struct vr_look *look, const struct brick_ray *world, const struct vr_mesh_hit *hit,
+                     struct vr_ray_integral *ray)
+{
+    struct vr_light light = {.ambient = look->ambient,
+                             .diffuse = look->diffuse,
+                             .specular = look->specular,
+                             .shininess = look->shininess};
+    double shaded[3];
+    for (int i = 0; i < 3; i++) {
+        light.normal[i].c[0] = hit->normal[i];
+        light.facing.c[0] += hit->normal[i] * world->direction[i];
+    }
+    vr_light_shade(&light, 0.0, hit->rgb, shaded);
+    for (int c = 0; c < 3; c++)
+        ray->rgb[c] += exp(-ray->depth) * shaded[c];
+    ray->depth = INFINITY;
+}
+
 static int render_pixel(struct frame *frame, struct worker *worker, uint32_t x, uint32_t y,
                         struct brick_error *err)
 {
     size_t pixel = (size_t)y * frame->image->width + x;
     float *rgba = &frame->image->rgba[4 * pixel];
     struct vr_traced traced = {.hit_mm = INFINITY};
-    struct brick_ray ray;
+    struct brick_ray ray, world;
+    struct vr_mesh_hit hit = {.t_mm = INFINITY};
     double t_enter_mm, t_leave_mm;
     brick_view_ray(&frame->view, x, y, &ray);
+    if (frame->tree) {
+        brick_view_ray(&frame->world, x, y, &world);
+        vr_mesh_tree_first(frame->tree, &world, &hit);
+    }
     if (brick_ray_span(&ray, frame->grid, &t_enter_mm, &t_leave_mm) &&
-        clip_span(frame, &ray, &t_enter_mm, &t_leave_mm)) {
+        clip_span(frame, &ray, &t_enter_mm, &t_leave_mm) && t_enter_mm < hit.t_mm) {
+        t_leave_mm = fmin(t_leave_mm, hit.t_mm);
         int result = vr_trace(&frame->look, &worker->cells.cells, &ray, t_enter_mm, t_leave_mm, &traced, err);
         if (result)
             return result;
     }
+    if (hit.t_mm < INFINITY)
+        add_mesh(&frame->look, &world, &hit, &traced.light);
     for (int c = 0; c < 3; c++)
         rgba[c] = (float)traced.light.rgb[c];
     rgba[3] = (float)-expm1(-traced.light.depth);
@@ -191,6 +221,10 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
     for (uint32_t p = 0; p < scene->clip_count; p++)
         vr_scene_clip_plane(scene, grid, p, frame.clip[p]);
 
+    vr_scene_world_view(&frame.view, grid, &frame.world);
+    if (scene->mesh_count &&
+        (result = vr_mesh_tree_create(&frame.tree, scene->meshes, scene->mesh_count, err)))
+        goto fail;
     result = brick_cache_create(&cache, volume, params->host_cache_bytes, err);
     if (result)
         goto fail;
@@ -226,6 +260,7 @@ fail:
     for (unsigned i = 0; i < threads; i++)
         vr_brick_cells_finish(&frame.workers[i].cells);
     free(frame.workers);
+    vr_mesh_tree_destroy(&frame.tree);
     brick_pool_destroy(&pool);
     brick_cache_destroy(&cache);
     free(states);

@@ -12,6 +12,7 @@ void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *cont
     vr_programs_finish(&store->programs, context);
     vr_buffer_finish(&store->pieces, context);
     vr_buffer_finish(&store->bins, context);
+    vr_meshes_finish(&store->meshes, context);
 }
 
 /* Can samples and voxels be counted? */

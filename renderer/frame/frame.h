@@ -4,17 +4,28 @@
 #ifndef RENDERER_FRAME_FRAME_H
 #define RENDERER_FRAME_FRAME_H
 
+#include "meshes.h"
 #include "programs.h"
 #include "residency.h"
 #include "transfer_table.h"
 
 /* Texture units that all methods use alike; a method's own begin at VR_UNIT_METHOD. */
-enum { VR_UNIT_ATLAS, VR_UNIT_PAGES, VR_UNIT_MACROCELLS, VR_UNIT_PIECES, VR_UNIT_BINS, VR_UNIT_METHOD };
+enum {
+    VR_UNIT_ATLAS,
+    VR_UNIT_PAGES,
+    VR_UNIT_MACROCELLS,
+    VR_UNIT_PIECES,
+    VR_UNIT_BINS,
+    VR_UNIT_MESH_WAY,
+    VR_UNIT_MESH_COLOUR,
+    VR_UNIT_METHOD
+};
 
 /* What stays from picture to picture, whatever the method. One of zeros is empty. */
 struct vr_frame_store {
     struct vr_programs programs;
     struct vr_buffer pieces, bins; /* of the transfer function */
+    struct vr_mesh_layer meshes;
 };
 
 struct vr_frame {
@@ -56,6 +67,9 @@ void vr_set_ivec2(const struct vr_uniforms *u, const char *name, int x, int y);
 void vr_set_ivec3(const struct vr_uniforms *u, const char *name, const int v[3]);
 void vr_set_vec3(const struct vr_uniforms *u, const char *name, const double v[3]);
 void vr_set_dvec3(const struct vr_uniforms *u, const char *name, const double v[3]);
+
+/* The rays of a view, as ray.glsl and mesh.frag.glsl have them. */
+void vr_set_view(const struct vr_uniforms *u, const struct brick_view *view);
 
 /* shaders/ray.glsl */
 void vr_frame_set_rays(const struct vr_frame *frame, const struct vr_uniforms *u);

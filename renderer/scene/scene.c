@@ -46,3 +46,24 @@ void vr_scene_clip_plane(const struct vr_scene *scene, const struct brick_grid *
             plane[a] += clip->normal[i] * grid->affine[i][a];
     }
 }
+
+/* Of a point, or of a direction. */
+static void to_world(const struct brick_grid *grid, const double index[3], bool point, double world[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const double *row = grid->affine[i];
+        world[i] = row[0] * index[0] + row[1] * index[1] + row[2] * index[2] + (point ? row[3] : 0.0);
+    }
+}
+
+void vr_scene_world_view(const struct brick_view *view, const struct brick_grid *grid,
+                         struct brick_view *world)
+{
+    *world = (struct brick_view){.linear = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    to_world(grid, view->origin, true, world->origin);
+    to_world(grid, view->origin_u, false, world->origin_u);
+    to_world(grid, view->origin_v, false, world->origin_v);
+    to_world(grid, view->dir, false, world->dir);
+    to_world(grid, view->dir_u, false, world->dir_u);
+    to_world(grid, view->dir_v, false, world->dir_v);
+}

@@ -13,4 +13,8 @@ int vr_scene_check_parts(const struct vr_scene *scene, struct brick_error *err);
 void vr_scene_clip_plane(const struct vr_scene *scene, const struct brick_grid *grid, uint32_t index,
                          double plane[4]);
 
+/* The same rays in the world: origins in mm, `linear` the identity; t is the same. */
+void vr_scene_world_view(const struct brick_view *view, const struct brick_grid *grid,
+                         struct brick_view *world);
+
 #endif

@@ -121,8 +121,8 @@ struct vr_exact_params {
     unsigned threads;
     double tolerance; /* absolute, per channel and ray */
     enum vr_field field;
-    double *hit_mm; /* iso: t of every pixel's hit (brick/camera.h), infinite where there is none; width *
-                       height, the caller's; NULL: not wanted */
+    double *hit_mm; /* iso: t of every pixel's hit of the surface (brick/camera.h), infinite where there is
+                       none; width * height, the caller's; NULL: not wanted */
 };
 extern const struct vr_exact_params vr_exact_defaults;
 int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *scene,
