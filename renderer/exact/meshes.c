@@ -1,8 +1,10 @@
 /* Triangles in a binary tree of boxes, halved at the median along the longest axis of their centres: not the
  * fastest tree, but one of logarithmic depth for any input.
  *
- * On which side of an edge a ray passes is a function of the edge and the ray, up to its sign, so neighbours
- * agree. Where the ray meets the plane is computed as shaders/mesh.frag.glsl computes it. */
+ * A ray is in a triangle if it is once both are seen along the ray, sheared to two dimensions (Woop, Benthin
+ * and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013): there a corner is a function of the vertex
+ * and the ray, and a difference of two products has no wrong sign, so no gap opens between neighbours. Where
+ * the ray meets the plane is computed as shaders/mesh.frag.glsl computes it. */
 #include "meshes.h"
 
 #include <float.h>
@@ -154,25 +156,45 @@ static double enter_box(const struct node *node, const struct brick_ray *ray, do
 {
     double enter = 0.0, leave = t_max;
     for (int i = 0; i < 3; i++) {
+        if (ray->direction[i] == 0.0) {
+            if (ray->origin[i] < node->low[i] || ray->origin[i] > node->high[i])
+                return INFINITY;
+            continue;
+        }
         double a = (node->low[i] - ray->origin[i]) / ray->direction[i];
         double b = (node->high[i] - ray->origin[i]) / ray->direction[i];
-        enter = fmax(enter, fmin(a, b)); /* 0 / 0, in a side's plane: not a number, which fmin passes over */
+        enter = fmax(enter, fmin(a, b));
         leave = fmin(leave, fmax(a, b));
     }
     return enter <= leave + 1e-12 * (fabs(leave) + 1.0) ? enter : INFINITY;
+}
+
+/* Corners, seen from the ray's origin, along the ray. */
+static void flatten(const double direction[3], double at[3][3], double flat[3][2])
+{
+    int z = fabs(direction[1]) > fabs(direction[0]) ? 1 : 0;
+    if (fabs(direction[2]) > fabs(direction[z]))
+        z = 2;
+    for (int i = 0; i < 2; i++) {
+        int axis = (z + 1 + i) % 3;
+        double slope = direction[axis] / direction[z];
+        for (int k = 0; k < 3; k++)
+            flat[k][i] = at[k][axis] - slope * at[k][z];
+    }
 }
 
 /* The weights of the triangle's second and third corner where the ray meets it before hit->t_mm. */
 static bool meet(const struct vr_mesh_tree *tree, const struct ref *ref, const struct brick_ray *ray,
                  double *t_mm, double weight[2], double normal[3])
 {
-    double at[3][3], to_b[3], to_c[3], p[3], side[3], n[3];
+    double at[3][3], flat[3][2], to_b[3], to_c[3], p[3], side[3], n[3];
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < 3; i++)
             at[k][i] = corner_of(tree, ref, k)[i] - ray->origin[i];
+    flatten(ray->direction, at, flat);
     for (int k = 0; k < 3; k++) {
-        cross(at[(k + 1) % 3], at[(k + 2) % 3], p);
-        side[k] = dot(p, ray->direction);
+        const double *q = flat[(k + 1) % 3], *r = flat[(k + 2) % 3];
+        side[k] = q[0] * r[1] - q[1] * r[0];
     }
     if (!((side[0] >= 0.0 && side[1] >= 0.0 && side[2] >= 0.0) ||
           (side[0] <= 0.0 && side[1] <= 0.0 && side[2] <= 0.0)))
