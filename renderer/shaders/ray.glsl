@@ -1,7 +1,8 @@
 /* A pixel's ray: found in double precision as libbrick's brick_view_ray and brick_ray_span find it, and cut to level 0's
  * box, to what the clip planes keep, and to what is before a mesh. It is divided into pieces of one step from where it
  * enters the box, and those are cut: so where planes move, samples stay. Each piece has its sample in its middle; only the
- * first, at a clip plane, and the last are shorter. */
+ * first, at a clip plane, and the last are shorter. For an isosurface samples are where pieces meet and at both ends: what is
+ * just before the eye, a clip plane or a mesh is not missed. */
 uniform dvec3 origin, origin_u, origin_v, dir, dir_u, dir_v; /* struct brick_view */
 uniform dmat3 linear;
 uniform dvec3 box_high;                 /* level 0's dims - 1/2 */
@@ -68,22 +69,24 @@ bool ray_init(ivec2 pixel, out Ray ray)
     if (!hit || !(steps > begin) || !(pieces > 0.0LF))
         return false;
 
-    double whole = skipped + pieces - 1.0LF, rest = steps - whole;
+    /* In steps from where the ray enters the box: the first sample of a ray that is not cut, of one that is, and the last. */
+    double whole = skipped + pieces - 1.0LF, rest = steps - max(whole, begin), piece = skipped + 1.0LF - begin;
+#if MODE == MODE_ISO
+    double first = 0.0LF, cut = begin, last = steps;
+    ray.count = uint(pieces) + 1u;
+#else
+    double first = 0.5LF, cut = begin + 0.5LF * piece, last = steps - 0.5LF * rest;
+    ray.count = uint(pieces);
+#endif
     dvec3 start = (o + enter * d - level_offset) / level_scale;
     dvec3 step = d * step_mm / level_scale;
-    ray.count = uint(pieces);
     ray.step = fixed_from(step);
-    ray.last = fixed_from(start + (whole + 0.5LF * rest) * step);
-    ray.first = fixed_from(start + 0.5LF * step);
+    ray.first = fixed_from(start + first * step);
+    ray.last = fixed_from(start + last * step);
 #if CLIP_PLANES > 0
-    double cut = skipped + 1.0LF - begin;
-    if (ray.count == 1u) {
-        rest = steps - begin;
-        ray.last = fixed_from(start + (begin + 0.5LF * rest) * step);
-    }
     ray.first = fixed_add(ray.first, fixed_times(ray.step, uint(skipped)));
-    ray.cut = fixed_from(start + (begin + 0.5LF * cut) * step);
-    ray.cut_length_mm = float(cut * step_mm);
+    ray.cut = fixed_from(start + cut * step);
+    ray.cut_length_mm = float(piece * step_mm);
 #endif
     ray.length_mm = float(step_mm);
     ray.last_length_mm = float(rest * step_mm);
