@@ -112,7 +112,7 @@ static void surfaces_are_cut(void **state)
     (void)state;
     begin(&s, along_y, 0.0);
     s.scene.mode = BRICK_MODE_ISO;
-    s.scene.isovalue = 251.0;
+    s.scene.isovalue = 254.0;
     s.quality.step_vox = 0.8;
     brick_camera_orbit(&s.scene.camera, brick_volume_grid(s.volume), 0, 0, 0, 4, 1.0);
     if (s.renderer) {
@@ -120,7 +120,7 @@ static void surfaces_are_cut(void **state)
         int kept = 0, gone = 0;
         draw_exact(&s, &exact, whole_mm);
         brick_image_finish(&exact);
-        s.scene.clip[0] = plane_at(1, 2, 0, -1.2);
+        s.scene.clip[0] = plane_at(1, 2, 0, -1.5);
         s.scene.clip_count = 1;
         draw(&s, &image);
         struct brick_view view;
