@@ -1,6 +1,36 @@
 /* What a ray gathers on its way, by mode: State, what a sample and a leap over an inactive block add to it, its four words
  * between passes, and the picture's colour in the end. Samples have numbers and the state between two of them is kept whole,
  * so it does not matter which method marches, nor where its passes end. */
+#ifdef STAND_IN
+/* A place of the level in the voxels of the brick that it is seen in: index0 = 2^h index + (2^h - 1) / 2. */
+Fixed3 place_in(Block block, Fixed3 at)
+{
+    const uvec3 half_voxel = uvec3(0x80000000u);
+    uvec3 carry, borrow, fraction = uaddCarry(at.fraction, half_voxel, carry);
+    ivec3 cell = at.cell + ivec3(carry);
+    uvec3 rest = uvec3(cell) & ((uvec3(1u) << block.halvings) - 1u);
+    fraction = (fraction >> block.halvings) | (rest << 1 << (31 - block.halvings));
+    fraction = usubBorrow(fraction, half_voxel, borrow);
+    return Fixed3((cell >> block.halvings) - ivec3(borrow), fraction, uvec3(0u));
+}
+
+vec3 gradient_in(Block block, vec3 gradient)
+{
+    return gradient / vec3(ivec3(1) << block.halvings);
+}
+
+/* Samples that one stands for: a coarse brick is looked at as often as it has voxels. */
+uint samples_in(Block block)
+{
+    ivec3 h = block.halvings;
+    return MODE == MODE_ISO ? 1u : 1u << min(h.x, min(h.y, h.z));
+}
+#else
+#define place_in(block, at)          (at)
+#define gradient_in(block, gradient) (gradient)
+#define samples_in(block)            1u
+#endif
+
 #if MODE == MODE_DVR || MODE == MODE_SHADED
 uniform float depth_end; /* optical depth at which a ray ends */
 
@@ -8,11 +38,25 @@ uniform float depth_end; /* optical depth at which a ray ends */
 struct State {
     vec3 rgb;
     float depth, transmittance;
+#ifdef PREINTEGRATED
+    bool known; /* that the sample before has a value: */
+    End front;
+    bool lacks; /* the piece at hand a brick for its gradient */
+#endif
 };
+
+State state_of(vec4 v, float transmittance)
+{
+    State s;
+    s.rgb = v.rgb;
+    s.depth = v.a;
+    s.transmittance = transmittance;
+    return s;
+}
 
 State state_init()
 {
-    return State(vec3(0.0), 0.0, 1.0);
+    return state_of(vec4(0.0), 1.0);
 }
 
 uvec4 state_pack(State s)
@@ -23,7 +67,7 @@ uvec4 state_pack(State s)
 State state_unpack(uvec4 bits)
 {
     vec4 v = uintBitsToFloat(bits);
-    return State(v.rgb, v.a, exponential(-v.a));
+    return state_of(v, exponential(-v.a));
 }
 
 /* This and the next answer: is the ray done? */
@@ -32,8 +76,62 @@ bool state_skip(inout State s, Block block)
     return false;
 }
 
+/* A piece of the ray of optical depth x and opacity alpha. */
+bool state_add(inout State s, float x, float alpha, vec3 rgb)
+{
+    precise vec3 sum = s.rgb + (s.transmittance * alpha) * rgb;
+    s.rgb = sum;
+    s.depth += x;
+    s.transmittance = exponential(-s.depth);
+    return s.depth > depth_end;
+}
+
+#ifdef PREINTEGRATED
+bool end_at(Fixed3 at, ivec3 offset, out End end)
+{
+    Cell c = cell_fetch(at.cell + offset);
+    bool valid = cell_valid(c);
+    end = end_of(valid ? cell_value(c, fixed_fraction(at)) : 0.0);
+    return valid;
+}
+
+/* Before the first sample that `block` supplies: the one before that. */
+void state_enter(inout State s, Ray ray, uint k, Block block)
+{
+    s.known = k > 0u;
+    if (s.known)
+        s.known = end_at(ray_sample(ray, k - 1u), block.offset, s.front);
+}
+
+/* The piece of the ray between the sample before and this one. Where one of them has no value it is transparent. The light
+ * falls on it as on its middle. */
 bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 {
+    End front = s.front;
+    bool known = s.known;
+    s.known = end_at(at, block.offset, s.front);
+    s.lacks = false;
+    if (!known || !s.known)
+        return false;
+    Stretch part = stretch_of(front, s.front, ray_length(ray, k));
+    if (!(part.depth > 0.0))
+        return false;
+    float alpha = opacity(part.depth);
+    vec3 rgb = stretch_colour(part, alpha);
+#if MODE == MODE_SHADED
+    s.lacks = block.lacks >= 0;
+    if (s.lacks)
+        return false;
+    Fixed3 middle = ray_middle(ray, k, at);
+    ivec3 texel = middle.cell + block.offset;
+    rgb = shade(rgb, cell_gradient(cell_fetch(texel), texel, fixed_fraction(middle)), ray.view);
+#endif
+    return state_add(s, part.depth, alpha, rgb);
+}
+#else
+bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+{
+    at = place_in(block, at);
     ivec3 texel = at.cell + block.offset;
     vec3 f = fixed_fraction(at);
     Cell c = cell_fetch(texel);
@@ -46,15 +144,15 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
         return false;
     vec3 rgb = emission(piece, v);
 #if MODE == MODE_SHADED
-    rgb = shade(rgb, cell_gradient(c, texel, f), ray.view);
+    rgb = shade(rgb, gradient_in(block, cell_gradient(c, texel, f)), ray.view);
 #endif
     precise float x = sigma * ray_length(ray, k);
-    precise vec3 sum = s.rgb + (s.transmittance * opacity(x)) * rgb;
-    s.rgb = sum;
-    s.depth += x;
-    s.transmittance = exponential(-s.depth);
-    return s.depth > depth_end;
+#ifdef STAND_IN
+    x *= float(samples_in(block));
+#endif
+    return state_add(s, x, opacity(x), rgb);
 }
+#endif
 
 /* The picture's colour, of a ray that has ended; false when the brick in `block` must come first. */
 bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
@@ -93,6 +191,7 @@ bool state_skip(inout State s, Block block)
 
 bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 {
+    at = place_in(block, at);
     Cell c = cell_fetch(at.cell + block.offset);
     if (!cell_valid(c))
         return false;
@@ -166,9 +265,10 @@ bool state_skip(inout State s, Block block)
     return state_side(s, block.above ? SIDE_ABOVE : SIDE_BELOW);
 }
 
-int side_of(Fixed3 at, ivec3 offset)
+int side_of(Fixed3 at, Block block)
 {
-    Cell c = cell_fetch(at.cell + offset);
+    at = place_in(block, at);
+    Cell c = cell_fetch(at.cell + block.offset);
     if (!cell_valid(c))
         return SIDE_NONE;
     return cell_value(c, fixed_fraction(at)) >= isovalue ? SIDE_ABOVE : SIDE_BELOW;
@@ -176,7 +276,7 @@ int side_of(Fixed3 at, ivec3 offset)
 
 bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 {
-    return state_side(s, side_of(at, block.offset));
+    return state_side(s, side_of(at, block));
 }
 
 /* Does the isovalue lie between the cell's corners, give or take the interpolation's rounding? */
@@ -184,12 +284,13 @@ bool straddles(Fixed3 at, Block block)
 {
     if (!block.live)
         return false;
+    at = place_in(block, at);
     Cell c = cell_fetch(at.cell + block.offset);
     if (!cell_valid(c))
         return false;
-    vec4 low4 = min(c.low * value_sign, c.high * value_sign), high4 = max(c.low * value_sign, c.high * value_sign);
-    float low = min(min(low4.x, low4.y), min(low4.z, low4.w));
-    float high = max(max(high4.x, high4.y), max(high4.z, high4.w));
+    float a, b;
+    cell_range(c, a, b);
+    float low = min(a * value_sign, b * value_sign), high = max(a * value_sign, b * value_sign);
     float slack = low == high ? 0.0 : max(abs(low), abs(high)) * 4.8e-7;
     return low - slack < isovalue && high + slack >= isovalue;
 }
@@ -213,7 +314,7 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
                 return false;
             int side = block.above ? SIDE_ABOVE : SIDE_BELOW;
             if (block.live) {
-                side = side_of(middle, block.offset);
+                side = side_of(middle, block);
                 fetched++;
             }
             if (side == SIDE_NONE)
@@ -247,8 +348,9 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
     }
     vec3 gradient = vec3(0.0);
     if (found) {
+        far = place_in(block, far);
         ivec3 texel = far.cell + block.offset;
-        gradient = cell_gradient(cell_fetch(texel), texel, fixed_fraction(far));
+        gradient = gradient_in(block, cell_gradient(cell_fetch(texel), texel, fixed_fraction(far)));
     }
     colour = vec4(shade(surface, gradient, ray.view), 1.0);
     return true;

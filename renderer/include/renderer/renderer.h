@@ -56,6 +56,14 @@ enum vr_method {
     VR_METHODS
 };
 
+/* Where along the way from voxels to a colour the transfer function comes. */
+enum vr_classification {
+    VR_CLASSIFY_POST,         /* of the field's value at each sample */
+    VR_CLASSIFY_PRE,          /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
+    VR_CLASSIFY_PREINTEGRATED /* of all values between two samples, the field being linear from one to the
+                                 other */
+};
+
 /* How it is computed: speed against error. */
 struct vr_quality {
     enum vr_method method;
@@ -63,6 +71,7 @@ struct vr_quality {
     double termination;   /* a ray ends where its transmittance falls below; 0: never */
     bool skip;            /* jump over inactive bricks and macrocells */
     uint32_t refinements; /* bisections at an isosurface hit */
+    enum vr_classification classification;
 };
 extern const struct vr_quality vr_quality_defaults;
 
@@ -81,8 +90,17 @@ struct vr_report {
 /* A context with a current-thread OpenGL and the GPU caches of one volume. One thread at a time. */
 struct vr_renderer;
 
+/* How values between voxels are found. Either way the picture has the same bytes for all sizes of the caches
+ * and bricks, but those of the second depend on the driver's sampler. */
+enum vr_filter {
+    VR_FILTER_EXACT, /* eight fetches, interpolated in float32 */
+    VR_FILTER_FAST   /* the texture unit's filter, at the fraction rounded to 2^-12; volumes with voxels that
+                        are   not finite are drawn as with VR_FILTER_EXACT */
+};
+
 struct vr_renderer_params {
     enum vr_context_kind context;
+    enum vr_filter filter; /* it decides how the GPU cache holds bricks, so it is the renderer's */
     uint64_t gpu_cache_bytes;
     uint64_t host_cache_bytes; /* of decoded bricks */
     unsigned threads;          /* 0: one a core */
@@ -99,9 +117,31 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
  * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
- * sizes of the caches. */
+ * sizes of the caches. Pre-integrated classification goes with dvr and shaded, and with steps that move by a
+ * voxel of the level at most along each of its axes. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
+
+/* The same in steps, for who shows a picture while it is made. Begin says what, and ends any picture before
+ * it, finished or not: a camera that moves begins anew. Each call of continue then draws until the picture is
+ * final or the budget is used up, and leaves in `image` the picture as far as it goes: of what is not in the
+ * GPU cache coarser bricks stand in, which take up to an eighth of it. Every call is given the same image,
+ * untouched since the last. The final picture has the bytes of vr_render, which is begin, and continue
+ * without a budget.
+ *
+ * scene->transfer and scene->meshes live until the picture is final or another begins. report counts from
+ * begin on. After an error of continue, or a final picture, the next call is begin. Methods other than
+ * raycasting know no budget: their first picture is final. */
+struct vr_budget {
+    double seconds;        /* kept but for a pass over the rays and a look; 0: any */
+    uint64_t upload_bytes; /* of bricks into the GPU cache, one brick at least and those that stand in apart;
+                              0: any */
+};
+int vr_render_begin(struct vr_renderer *renderer, const struct vr_scene *scene,
+                    const struct vr_quality *quality, struct brick_error *err);
+int vr_render_continue(struct vr_renderer *renderer, const struct vr_budget *budget,
+                       struct brick_image *image, bool *final, struct vr_report *report,
+                       struct brick_error *err);
 
 /* What is interpolated between voxels. Other fields than the trilinear one are what some methods converge to;
  * gradients are the trilinear field's in all of them. */
