@@ -18,6 +18,7 @@
     X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                                               \
     X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                                                                 \
     X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
+    X(PFNGLCLEARBUFFERUIVPROC, ClearBufferuiv)                                                               \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
     X(PFNGLCOPYIMAGESUBDATAPROC, CopyImageSubData)                                                           \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
@@ -30,6 +31,7 @@
     X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                                                       \
     X(PFNGLDISABLEPROC, Disable)                                                                             \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
+    X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
     X(PFNGLENABLEPROC, Enable)                                                                               \
     X(PFNGLFLUSHPROC, Flush)                                                                                 \
     X(PFNGLFRAMEBUFFERPARAMETERIPROC, FramebufferParameteri)                                                 \
@@ -69,6 +71,7 @@
     X(PFNGLUNIFORM3DVPROC, Uniform3dv)                                                                       \
     X(PFNGLUNIFORM3FVPROC, Uniform3fv)                                                                       \
     X(PFNGLUNIFORM3IVPROC, Uniform3iv)                                                                       \
+    X(PFNGLUNIFORM4DVPROC, Uniform4dv)                                                                       \
     X(PFNGLUNIFORM4FVPROC, Uniform4fv)                                                                       \
     X(PFNGLUNIFORMMATRIX3FVPROC, UniformMatrix3fv)                                                           \
     X(PFNGLUNIFORMMATRIX3DVPROC, UniformMatrix3dv)                                                           \

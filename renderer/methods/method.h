@@ -13,6 +13,7 @@ struct vr_method_row {
                 struct brick_error *err);
     void (*finish)(void *state, struct vr_context *context); /* the context is bound */
     bool filters;                                            /* draws from an atlas for VR_FILTER_FAST, too */
+    bool clips, meshes; /* draws clip planes, meshes; the renderer refuses what is not drawn */
 };
 
 extern const struct vr_method_row vr_raycast;
