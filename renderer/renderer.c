@@ -21,6 +21,7 @@ struct vr_renderer {
 
 static const struct vr_method_row *const methods[VR_METHODS] = {
     [VR_METHOD_RAYCAST] = &vr_raycast,
+    [VR_METHOD_CELLS] = &vr_cells,
 };
 
 int vr_renderer_create(struct vr_renderer **out, const struct brick_volume *volume,
@@ -85,7 +86,7 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     if (scene->level >= grid->levels)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "level %u does not exist; the volume has %u", scene->level,
                           grid->levels);
-    if (scene->clip_count > 0)
+    if (scene->clip_count > 0 && quality->method == VR_METHOD_RAYCAST)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
                           "the raycaster does not cut at clip planes; the exact method does");
     if (scene->width != image->width || scene->height != image->height || !image->rgba)

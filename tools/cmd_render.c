@@ -29,18 +29,19 @@ struct request {
     struct tool_list clip;
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, context, field;
+    int mode, method, context, field, integration;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_opacity, no_skip, json, quiet;
+    bool has_opacity, has_integration, no_skip, json, quiet;
 };
 
 /* Mode, method, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
-static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
+static const char *const methods[] = {"raycast", "cells", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
+static const char *const integrations[] = {"exact", "psi", "exp", "average", "scalar", NULL};
 static const char *const filters[] = {"exact", NULL};
 
 /* -1, or the exit code of a usage error. */
@@ -61,6 +62,22 @@ static int check_isotrace(const struct request *request)
         return tool_misuse("render", "--method isotrace has no --step or --refinements");
     if (request->has_cache || request->has_context)
         return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
+    return -1;
+}
+
+/* -1, or the exit code of a usage error. */
+static int check_cells(const struct request *request)
+{
+    if (request->method != VR_METHOD_CELLS)
+        return request->has_integration
+                   ? tool_misuse("render", "--cells-integration goes with --method cells")
+                   : -1;
+    if (request->mode != BRICK_MODE_DVR)
+        return tool_misuse("render", "--method cells renders --mode dvr only");
+    if (!request->has_ortho && !request->path)
+        return tool_misuse("render", "--method cells needs a parallel projection: --ortho H");
+    if (request->has_step || request->has_termination)
+        return tool_misuse("render", "--method cells has no --step or --termination");
     return -1;
 }
 
@@ -95,10 +112,13 @@ static int check_request(const struct request *request)
             return tool_misuse("render", "--field preclassified goes with --mode dvr or shaded");
         if (request->has_cache || request->has_context)
             return tool_misuse("render", "--method exact runs on the CPU, without --gpu-cache and --context");
-    } else if (request->has_field || request->clip.count) {
-        return tool_misuse("render", "--field and --clip go with --method exact");
+    } else if (request->has_field) {
+        return tool_misuse("render", "--field goes with --method exact");
+    } else if (request->clip.count && request->method != VR_METHOD_CELLS) {
+        return tool_misuse("render", "--clip goes with --method exact or cells");
     }
-    return check_isotrace(request);
+    int code = check_cells(request);
+    return code < 0 ? check_isotrace(request) : code;
 }
 
 static int place_cameras(const struct request *request, const struct brick_grid *grid,
@@ -381,13 +401,17 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help = "raycast (default), isotrace: isosurfaces, ray traced on\nthe CPU, or exact: no step size, "
-                 "right to 1e-10, on the CPU"},
+         .help = "raycast (default), cells: projected tetrahedra, isotrace:\nisosurfaces, ray traced on the "
+                 "CPU, or "
+                 "exact: no step\nsize, right to 1e-10, on the CPU"},
+        {"cells-integration", .value = "HOW", .parse = tool_parse_choice, .target = &r.integration,
+         .given = &r.has_integration, .limits = {.choices = integrations},
+         .help = "cells: exact (default) or psi in each tetrahedron, or of\nits ends exp, average, scalar"},
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
         {"clip", .value = "A,B,C,D", .parse = tool_parse_list, .target = &r.clip,
-         .help = "exact: keep A x + B y + C z >= D, in mm; up to 6 times"},
+         .help = "exact, cells: keep A x + B y + C z >= D, in mm; up to 6\ntimes"},
         {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit, .given = &r.has_camera,
          .help = "azimuth and elevation in degrees (default 0,0: from\nthe front)"},
         {"eye", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.eye, .given = &r.has_eye,
@@ -459,6 +483,7 @@ int cmd_render(int argc, char **argv)
     r.quality.skip = !r.no_skip;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
+    r.quality.cells_integration = (enum vr_cells_integration)r.integration;
     r.renderer.context = (enum vr_context_kind)r.context;
     return render(&r, argv[first]);
 }
