@@ -279,9 +279,14 @@ static struct vr_report sum_reports(const struct vr_report *reports, size_t coun
         sum.bricks_read += reports[i].bricks_read;
         sum.bytes_read += reports[i].bytes_read;
         sum.samples += reports[i].samples;
+        sum.tetrahedra += reports[i].tetrahedra;
+        sum.seconds_setup += reports[i].seconds_setup;
+        sum.seconds_draw += reports[i].seconds_draw;
         sum.seconds_frame += reports[i].seconds_frame;
     }
     sum.seconds_frame /= (double)count;
+    sum.seconds_setup /= (double)count;
+    sum.seconds_draw /= (double)count;
     return sum;
 }
 
@@ -294,6 +299,11 @@ static void add_counts(cJSON *json, const struct vr_report *report)
     cJSON_AddNumberToObject(json, "bricks_read", (double)report->bricks_read);
     cJSON_AddNumberToObject(json, "bytes_read", (double)report->bytes_read);
     cJSON_AddNumberToObject(json, "samples", (double)report->samples);
+    if (report->tetrahedra) {
+        cJSON_AddNumberToObject(json, "tetrahedra", (double)report->tetrahedra);
+        cJSON_AddNumberToObject(json, "seconds_setup", report->seconds_setup);
+        cJSON_AddNumberToObject(json, "seconds_draw", report->seconds_draw);
+    }
 }
 
 static int print_json(const struct vr_report *reports, size_t count, double seconds)
