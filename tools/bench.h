@@ -8,6 +8,7 @@ int bench_render(int argc, char **argv);
 int bench_isotrace(int argc, char **argv);
 int bench_convert(int argc, char **argv);
 int bench_codecs(int argc, char **argv);
+int bench_bricks(int argc, char **argv);
 int bench_accuracy(int argc, char **argv);
 int bench_peers(int argc, char **argv);
 
