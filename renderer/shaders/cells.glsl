@@ -60,14 +60,21 @@ float table_exp(float x)
 #if INTEGRATION == INTEGRATION_EXACT
 uniform int piece_count;
 #define DEEP 17.0 /* exp(-17) = 4e-8 */
+#define THIN 0.125
 
-/* 1 - psi: the integral over x in [0,1] of 1 - exp(-(front x + (back - front) x^2 / 2)). Four-point Gauss-Legendre on
- * intervals of a depth of at most 2, right to 2e-7 of its value; a thin piece loses no digit. */
+/* 1 - psi: the integral over x in [0,1] of 1 - exp(-(front x + (back - front) x^2 / 2)). Gauss-Legendre quadrature: of two
+ * points for what is thin, wrong by less than THIN^4 / 4320 = 6e-8; else of four on intervals of a depth of at most 2, right
+ * to 2e-7 of its value. What is thin loses no digit. */
 float one_minus_psi(float front, float back)
 {
+    const vec2 node2 = vec2(0.211324865, 0.788675135);
     const vec4 node = vec4(0.0694318442, 0.330009478, 0.669990522, 0.930568156);
     const vec4 weight = vec4(0.173927423, 0.326072577, 0.326072577, 0.173927423);
     float half_slope = 0.5 * (back - front), end = 1.0, sum = 0.0;
+    if (max(front, back) < THIN) {
+        vec2 q = node2 * (front + half_slope * node2);
+        return 0.5 * (opacity(q.x) + opacity(q.y));
+    }
     if (front + back > 2.0 * DEEP)
         end = 2.0 * DEEP / (front + sqrt(max(front * front + 4.0 * half_slope * DEEP, 0.0)));
     float intervals = 1.0 + floor(0.5 * end * max(front, front + 2.0 * half_slope * end)), h = end / intervals;
@@ -88,31 +95,24 @@ vec4 integrate(float front, float back, float way)
     vec3 rgb = vec3(0.0);
     Piece piece = find_piece(front);
     for (;;) {
-        float to = back;
-        bool last = true;
-        if (up && piece.index + 1 < piece_count) {
-            float knot = texelFetch(pieces, 3 * (piece.index + 1)).x;
-            last = knot >= back;
-            to = last ? back : knot;
-        } else if (!up && piece.index > 0) {
-            last = piece.head.x <= back;
-            to = last ? back : piece.head.x;
-        }
-        float end = last ? way : clamp((to - front) * scale, done, way);
+        int next = clamp(up ? piece.index + 1 : piece.index - 1, 0, piece_count - 1);
+        vec4 head = texelFetch(pieces, 3 * next);
+        float knot = up ? head.x : piece.head.x;
+        bool last = next == piece.index || (up ? knot >= back : knot <= back);
+        float to = last ? back : knot, end = last ? way : clamp((to - front) * scale, done, way);
         float x0 = extinction(piece, from) * (end - done), x1 = extinction(piece, to) * (end - done), x = 0.5 * (x0 + x1);
         if (x > 0.0) {
-            vec3 c0 = emission(piece, from), c1 = emission(piece, to);
-            float a = opacity(x), share = 0.0;
-            if (c0 != c1)
-                share = one_minus_psi(x0, x1);
+            vec3 base = texelFetch(pieces, 3 * piece.index + 1).rgb, slope = texelFetch(pieces, 3 * piece.index + 2).rgb;
+            vec3 c0 = clamp(base + slope * (from - piece.head.w), 0.0, 1.0);
+            vec3 c1 = clamp(base + slope * (to - piece.head.w), 0.0, 1.0);
+            float a = opacity(x), share = c0 == c1 ? 0.0 : one_minus_psi(x0, x1);
             rgb += transmittance * (c0 * share + c1 * (a - share));
             depth += x;
             transmittance = exponential(-depth);
         }
         if (last || depth > 87.0)
             break;
-        int next = up ? piece.index + 1 : piece.index - 1;
-        piece = Piece(next, texelFetch(pieces, 3 * next));
+        piece = Piece(next, head);
         from = to;
         done = end;
     }
