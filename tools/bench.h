@@ -11,6 +11,7 @@ int bench_codecs(int argc, char **argv);
 int bench_bricks(int argc, char **argv);
 int bench_accuracy(int argc, char **argv);
 int bench_peers(int argc, char **argv);
+int bench_papers(int argc, char **argv);
 
 #define BENCH_REPEAT_MAX 1000
 /* Sorts the n >= 1 values. */

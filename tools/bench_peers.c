@@ -42,6 +42,7 @@ static const struct way {
     {"VTK GPU mapper", BRICK_MODE_ISO, "gpu", false},
     {"VTK fixed-point mapper", BRICK_MODE_ISO, "fixed-point", false},
     {"VTK flying edges, mesh", BRICK_MODE_ISO, "flying-edges", false},
+    {"VTK marching cubes, mesh", BRICK_MODE_ISO, "marching-cubes", false},
 };
 enum { WAYS = TOOL_COUNT(ways), MODES = BRICK_MODE_ISO + 1 };
 static const char *const mode_names[MODES] = {"dvr", "shaded", "iso"};

@@ -28,6 +28,7 @@ static const struct {
     {"render", "FILE    seconds per frame in the modes dvr, shaded, iso and mip, and of isotrace",
      bench_render},
     {"accuracy", "FILE  speed against error of every method, at several steps", bench_accuracy},
+    {"papers", "         the tables of the five papers again", bench_papers},
     {"peers", "FILE     the same pictures by VTK's ways, frame by frame in turns", bench_peers},
     {"isotrace", "FILE  isosurfaces on the CPU: where the time goes, cores, layouts, hierarchy",
      bench_isotrace},

@@ -14,6 +14,8 @@ import vtk
 TYPES = {"u8": vtk.VTK_UNSIGNED_CHAR, "i8": vtk.VTK_SIGNED_CHAR, "u16": vtk.VTK_UNSIGNED_SHORT, "i16": vtk.VTK_SHORT,
          "f32": vtk.VTK_FLOAT}
 
+SURFACES = {"flying-edges": vtk.vtkFlyingEdges3D, "marching-cubes": vtk.vtkMarchingCubes}
+
 
 def read_volume(scene):
     reader = vtk.vtkImageReader2()
@@ -82,8 +84,8 @@ class Stage:
         self.renderer.SetBackground(0, 0, 0)
         self.window.AddRenderer(self.renderer)
         self.contour = None
-        if way == "flying-edges":
-            self.add_surface()
+        if way in SURFACES:
+            self.add_surface(SURFACES[way]())
         else:
             self.add_volume(mode)
 
@@ -112,8 +114,8 @@ class Stage:
         volume.SetProperty(p)
         self.renderer.AddVolume(volume)
 
-    def add_surface(self):
-        self.contour = vtk.vtkFlyingEdges3D()
+    def add_surface(self, contour):
+        self.contour = contour
         self.contour.SetInputData(self.image)
         self.contour.SetValue(0, self.scene["isovalue"])
         self.contour.ComputeNormalsOn()
