@@ -30,7 +30,7 @@ struct request {
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
     int mode, method, context, field, integration;
-    double orbit[2], eye[3], look[3], up[3], fov, ortho;
+    double orbit[2], eye[3], look[3], up[3], fov, ortho, opacity;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
     bool has_opacity, has_integration, no_skip, json, quiet;
@@ -249,6 +249,8 @@ static int make_frames(const struct request *request, const struct brick_volume 
     /* An isosurface without --tf keeps its plain colour. */
     if (studio.scene.mode != BRICK_MODE_ISO || request->tf)
         code = tool_transfer_load(&transfer, request->tf, volume, err);
+    if (transfer)
+        brick_transfer_scale(transfer, request->opacity);
     studio.scene.transfer = transfer;
     if (!code)
         code = brick_image_init(&studio.image, studio.scene.width, studio.scene.height, err);
@@ -384,6 +386,7 @@ int cmd_render(int argc, char **argv)
         .image = fmt_image_defaults,
         .isotrace = vr_isotrace_defaults,
         .up = {0, 0, 1},
+        .opacity = 1.0,
     };
     uint32_t size[2] = {512, 512};
     int filter = 0, first = 0;
@@ -393,6 +396,8 @@ int cmd_render(int argc, char **argv)
          .help = "picture to write (required): .exr or .png; several are\none render"},
         {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
          .help = "transfer function: ct-bone, ct-skin, mri, gray (default),\nor a JSON file"},
+        {"opacity", .value = "F", .parse = tool_parse_real, .target = &r.opacity,
+         .limits = {.min = 1e-9, .max = 1e9}, .help = "times the transfer function's extinction (default 1)"},
         {"mode", .value = "MODE", .parse = tool_parse_choice, .target = &r.mode, .limits = {.choices = modes},
          .help = "dvr (default), shaded, iso or mip"},
         {"iso", .value = "V[,V...]", .parse = tool_parse_reals, .target = &r.iso, .given = &r.has_iso,

@@ -28,10 +28,12 @@ static void make_grid(struct brick_grid *grid, uint64_t nx, uint64_t ny, uint64_
     assert_int_equal(brick_grid_init(grid, BRICK_U8, &g, 16, 2, 4, NULL), 0);
 }
 
+/* Into a picture so small that nothing of a cell is narrower than 1/64 of its pixels, unless it has no width.
+ */
 static void look_along(struct vr_projection *projection, const struct brick_grid *grid,
                        const double direction[3])
 {
-    struct brick_camera camera = {.eye_mm = {3, 1, -2}, .up = {0.3, -0.2, 0.7}, .ortho_height_mm = 20};
+    struct brick_camera camera = {.eye_mm = {3, 1, -2}, .up = {0.3, -0.2, 0.7}, .ortho_height_mm = 1e-6};
     struct brick_view view;
     for (int i = 0; i < 3; i++) {
         camera.look_mm[i] = camera.eye_mm[i];
