@@ -77,6 +77,9 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     const struct brick_grid *grid = brick_volume_grid(r->volume);
     if ((unsigned)quality->method >= VR_METHODS)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "method %d does not exist", (int)quality->method);
+    if ((unsigned)quality->classification > VR_CLASSIFY_PREINTEGRATED)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "classification %d does not exist",
+                          (int)quality->classification);
     if ((unsigned)scene->mode > BRICK_MODE_MIP)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "mode %d does not exist", (int)scene->mode);
     if (scene->mode != BRICK_MODE_ISO && !scene->transfer)

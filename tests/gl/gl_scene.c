@@ -23,6 +23,12 @@ struct vr_renderer *try_renderer(const struct brick_volume *volume, enum vr_cont
     return renderer;
 }
 
+void set_way(int way, struct vr_scene *scene, struct vr_quality *quality)
+{
+    scene->mode = (enum brick_mode)(way % 4);
+    quality->classification = way < 4 ? VR_CLASSIFY_POST : VR_CLASSIFY_PREINTEGRATED;
+}
+
 struct brick_volume *volume_of(struct memory_source *source, uint32_t edge)
 {
     char name[64];

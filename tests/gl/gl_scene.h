@@ -9,6 +9,10 @@
 /* NULL (and a line that says why) when this machine has no such context. */
 struct vr_renderer *try_renderer(const struct brick_volume *volume, enum vr_context_kind kind);
 
+/* Every mode with post-classification, dvr and shaded pre-integrated. */
+#define WAYS 6
+void set_way(int way, struct vr_scene *scene, struct vr_quality *quality);
+
 /* Default parameters but for the brick's edge. */
 struct brick_volume *volume_of(struct memory_source *source, uint32_t edge);
 

@@ -48,15 +48,26 @@ enum vr_method {
 /* How cells make a colour of the scalars where a ray enters and leaves a tetrahedron and of the length
  * between (Maximo et al. 2008). */
 enum vr_cells_integration {
-    VR_CELLS_EXACT, /* cut at the transfer function's knots, partial pre-integration in between: no error but
-                       rounding; up to 3000 pieces of the transfer function */
-    VR_CELLS_PSI,   /* partial pre-integration between the ends' colours and extinctions, by a table of 512 x
-                       512 (section 4.2.2, Moreland and Angel 2004) */
-    VR_CELLS_EXP,   /* the ends' mean colour and extinction, exp from a table of 256 (4.2.2) */
+    VR_CELLS_PREFIX, /* better than the paper: all of the transfer function between the ends by its prefix
+                        integrals, depth exactly, colour by its first two moments, as
+                        VR_CLASSIFY_PREINTEGRATED */
+    VR_CELLS_EXACT,  /* cut at the transfer function's knots, partial pre-integration in between: no error but
+                        rounding; up to 3000 pieces of the transfer function */
+    VR_CELLS_PSI,    /* partial pre-integration between the ends' colours and extinctions, by a table of 512 x
+                        512 (section 4.2.2, Moreland and Angel 2004) */
+    VR_CELLS_EXP,    /* the ends' mean colour and extinction, exp from a table of 256 (4.2.2) */
     VR_CELLS_AVERAGE, /* the same, exp computed (4.2.2) */
     VR_CELLS_SCALAR,  /* colour and extinction at the ends' mean scalar (section 3, Shirley and Tuchman 1990)
                        */
     VR_CELLS_INTEGRATIONS
+};
+
+/* Where along the way from voxels to a colour the transfer function comes. */
+enum vr_classification {
+    VR_CLASSIFY_POST,         /* of the field's value at each sample */
+    VR_CLASSIFY_PRE,          /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
+    VR_CLASSIFY_PREINTEGRATED /* of all values between two samples, the field being linear from one to the
+                                 other */
 };
 
 /* How it is computed: speed against error. */
@@ -66,6 +77,7 @@ struct vr_quality {
     double termination;   /* a ray ends where its transmittance falls below; 0: never */
     bool skip;            /* jump over inactive bricks and macrocells */
     uint32_t refinements; /* bisections at an isosurface hit */
+    enum vr_classification classification;
     enum vr_cells_integration cells_integration;
 };
 extern const struct vr_quality vr_quality_defaults;
@@ -105,7 +117,8 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
  * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
- * sizes of the caches. No clip planes.
+ * sizes of the caches. Pre-integrated classification goes with dvr and shaded, and with steps that move by a
+ * voxel of the level at most along each of its axes. No clip planes.
  *
  * cells: dvr through a parallel camera; of the quality only skip and cells_integration. Each cell is five
  * tetrahedra, on which the field is linear: vr_render_exact with VR_FIELD_TETRAHEDRA is what they are exact

@@ -342,13 +342,14 @@ static int use_programs(struct picture *p, struct brick_error *err)
                                                    {"cells.vert.glsl", vr_shader_cells_vert}};
     static const struct vr_shader_part fragment[] = {{"exponential.glsl", vr_shader_exponential},
                                                      {"transfer.glsl", vr_shader_transfer},
+                                                     {"preintegrated.glsl", vr_shader_preintegrated},
                                                      {"cells.glsl", vr_shader_cells}};
     static const struct vr_shader_part look[] = {{"field.glsl", vr_shader_field},
                                                  {"transfer.glsl", vr_shader_transfer},
                                                  {"cells_shown.glsl", vr_shader_cells_shown}};
-    static const struct vr_program_source draw_source = {vertex, 2, fragment, 3};
+    static const struct vr_program_source draw_source = {vertex, 2, fragment, 4};
     static const struct vr_program_source look_source = {NULL, 0, look, 3};
-    static const char *const integrations[] = {"EXACT", "PSI", "EXP", "AVERAGE", "SCALAR"};
+    static const char *const integrations[] = {"PREFIX", "EXACT", "PSI", "EXP", "AVERAGE", "SCALAR"};
     struct vr_programs *programs = &p->frame->store->programs;
     char defines[VR_FRAME_DEFINES_BYTES + 512];
     size_t n = vr_frame_defines(p->frame, defines);
@@ -356,13 +357,13 @@ static int use_programs(struct picture *p, struct brick_error *err)
     snprintf(defines + n, sizeof defines - n, "#define ROW %d\n", VR_CELL_LOT_ROW);
     int result =
         vr_programs_get(programs, p->frame->context, &look_source, defines, &p->draw.look.program, err);
-    int m = snprintf(defines + n, sizeof defines - n,
-                     "#define SLOTS %d\n#define FAN %d\n#define TEXELS %d\n"
-                     "#define INTEGRATION_EXACT 0\n#define INTEGRATION_PSI 1\n#define INTEGRATION_EXP 2\n"
-                     "#define INTEGRATION_AVERAGE 3\n#define INTEGRATION_SCALAR 4\n"
-                     "#define INTEGRATION INTEGRATION_%s\n",
-                     VR_BASIS_SLOTS, VR_BASIS_FAN, VR_BASIS_TEXELS,
-                     integrations[p->frame->quality->cells_integration]);
+    int m = snprintf(
+        defines + n, sizeof defines - n,
+        "#define SLOTS %d\n#define FAN %d\n#define TEXELS %d\n"
+        "#define INTEGRATION_EXACT 0\n#define INTEGRATION_PSI 1\n#define INTEGRATION_EXP 2\n"
+        "#define INTEGRATION_AVERAGE 3\n#define INTEGRATION_SCALAR 4\n#define INTEGRATION_PREFIX 5\n"
+        "#define INTEGRATION INTEGRATION_%s\n",
+        VR_BASIS_SLOTS, VR_BASIS_FAN, VR_BASIS_TEXELS, integrations[p->frame->quality->cells_integration]);
     if (p->planes)
         snprintf(defines + n + m, sizeof defines - n - (size_t)m, "#define CUTS %d\n", p->planes);
     return result ? result
@@ -429,6 +430,9 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
     uint64_t start_ns = brick_now_ns();
     int result = check(frame, err);
     if (result)
+        return result;
+    if (frame->quality->cells_integration == VR_CELLS_PREFIX && !frame->prefixes &&
+        (result = vr_prefixes_create(&frame->prefixes, &frame->table, err)))
         return result;
     p.draw.frame = frame;
     report->tetrahedra = vr_cell_tetrahedra(frame->level);
