@@ -21,6 +21,7 @@
  * voxels are hardly larger, a part of the face's length counts. */
 #define EDGE_ON_PIXELS (4.0 / 256.0)
 #define EDGE_ON_PART   0.05
+#define NO_WIDTH       1e-9
 
 static double place(int corner, int axis, const int side[3])
 {
@@ -87,8 +88,10 @@ static void make_fan(struct vr_basis_tetrahedron *t, const double rate[4])
     }
 }
 
-/* Is the face opposite a vertex seen edge on? place: of the vertices, in pixels. */
-static bool edge_on(const double place[4][3], int vertex)
+/* Is the face opposite a vertex seen edge on? place: of the vertices, in pixels. At the volume's surface only
+ * where it has no width: there is no neighbour to leave it out as well, and a ray may run along it for long.
+ */
+static bool edge_on(const double place[4][3], int vertex, bool at_surface)
 {
     double longest = 0.0, twice_area = 0.0;
     for (int i = 1; i < 4; i++) {
@@ -96,16 +99,30 @@ static bool edge_on(const double place[4][3], int vertex)
         longest = fmax(longest, hypot(b[0] - a[0], b[1] - a[1]));
         twice_area += a[0] * b[1] - a[1] * b[0];
     }
-    return fabs(twice_area) <= fmin(EDGE_ON_PIXELS, EDGE_ON_PART * longest) * longest;
+    double width = at_surface ? NO_WIDTH * longest : fmin(EDGE_ON_PIXELS, EDGE_ON_PART * longest);
+    return fabs(twice_area) <= width * longest;
 }
 
-/* Flat faces' rates to 0, unless that left nothing to enter or to leave by. */
-static void drop_flat_faces(const double place[4][3], double rate[4])
+/* Does the face opposite a vertex lie in the volume's own surface? */
+static bool at_surface(const int corner[4], const int side[3], int vertex)
+{
+    bool found = false;
+    for (int a = 0; a < 3; a++) {
+        bool all = side[a] != 0;
+        for (int i = 1; i < 4; i++)
+            all = all && (corner[(vertex + i) & 3] >> a & 1) == (side[a] > 0);
+        found = found || all;
+    }
+    return found;
+}
+
+/* Rates of faces seen edge on to 0, unless that left nothing to enter or to leave by. */
+static void drop_flat_faces(const int corner[4], const int side[3], const double place[4][3], double rate[4])
 {
     double dropped[4];
     bool above = false, below = false;
     for (int v = 0; v < 4; v++) {
-        dropped[v] = edge_on(place, v) ? 0.0 : rate[v];
+        dropped[v] = edge_on(place, v, at_surface(corner, side, v)) ? 0.0 : rate[v];
         above = above || dropped[v] > 0.0;
         below = below || dropped[v] < 0.0;
     }
@@ -126,7 +143,7 @@ static void project(const struct vr_projection *projection, const int side[3], s
             seen[v][r] = rows[r][0] * vertex[v][0] + rows[r][1] * vertex[v][1] + rows[r][2] * vertex[v][2];
     }
     find_rates(vertex, projection->direction, rate);
-    drop_flat_faces(seen, rate);
+    drop_flat_faces(t->corner, side, seen, rate);
     for (int v = 0; v < 4; v++) {
         in += fmax(-rate[v], 0.0);
         out += fmax(rate[v], 0.0);

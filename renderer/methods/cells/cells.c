@@ -417,8 +417,8 @@ static int check(const struct vr_frame *frame, struct brick_error *err)
     if (frame->quality->cells_integration == VR_CELLS_EXACT && frame->table.count > MAX_EXACT_PIECES)
         return brick_fail(
             err, BRICK_ERR_UNSUPPORTED,
-            "the transfer function has %u pieces, more than the %d that cells integrate exactly: "
-            "choose partial pre-integration (psi), or fewer points",
+            "the transfer function has %u pieces, more than the %d that cells cut at one by one: choose "
+            "prefix integrals, or fewer points",
             frame->table.count, MAX_EXACT_PIECES);
     return BRICK_OK;
 }
