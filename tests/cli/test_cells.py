@@ -40,7 +40,7 @@ class Cells(cli.Case):
             view = ["--tf", "gray", "--camera", camera, "--ortho", "70", "--size", "96x96", "--quiet"]
             errors = self.errors("ml.brick", view, ["prefix", "psi"])
             for how in ["prefix", "psi"]:  # extinction up to 0.22 a voxel; one straight line, so psi lacks little
-                self.assertLess(errors[how]["max_abs"], 5e-3)
+                self.assertLess(errors[how]["max_abs"], 1e-2)
                 self.assertLess(errors[how]["rmse"], 1e-4)
 
     @cli.needs_ct
