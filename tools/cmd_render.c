@@ -24,12 +24,13 @@ struct request {
     uint32_t turntable;
     struct vr_scene scene;
     struct vr_quality quality;
+    struct vr_budget budget;
     struct vr_renderer_params renderer;
     struct fmt_image_params image;
     struct tool_list clip;
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, context, field, integration, classification;
+    int mode, method, context, field, filter, integration, classification;
     double orbit[2], eye[3], look[3], up[3], fov, ortho, opacity;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
@@ -43,7 +44,7 @@ static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const integrations[] = {"prefix", "exact", "psi", "exp", "average", "scalar", NULL};
 static const char *const classifications[] = {"post", "pre", "preintegrated", NULL};
-static const char *const filters[] = {"exact", NULL};
+static const char *const filters[] = {"exact", "fast", NULL};
 
 /* -1, or the exit code of a usage error. */
 static int check_isotrace(const struct request *request)
@@ -133,6 +134,8 @@ static int check_request(const struct request *request)
     } else if (request->clip.count && request->method != VR_METHOD_CELLS) {
         return tool_misuse("render", "--clip goes with --method exact or cells");
     }
+    if (request->method >= VR_METHODS && (request->filter == VR_FILTER_FAST || request->budget.seconds > 0.0))
+        return tool_misuse("render", "--filter fast and --budget go with methods on the GPU");
     int code = check_cells(request);
     if (code < 0)
         code = check_classification(request);
@@ -225,16 +228,22 @@ struct studio {
     struct vr_isotracer *tracer;
     struct vr_scene scene;
     struct brick_image image;
+    bool final; /* no frame's budget was used up before its end */
 };
 
 static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_report *report,
                       struct brick_error *err)
 {
+    bool final = true;
     const struct request *request = studio->request;
     char path[4096];
     int code;
     if (studio->renderer) {
-        code = vr_render(studio->renderer, &studio->scene, &request->quality, &studio->image, report, err);
+        code = vr_render_begin(studio->renderer, &studio->scene, &request->quality, err);
+        if (!code)
+            code =
+                vr_render_continue(studio->renderer, &request->budget, &studio->image, &final, report, err);
+        studio->final &= final;
     } else if (studio->tracer) {
         code = trace_surfaces(request, studio->tracer, &studio->scene, &studio->image, report, err);
     } else {
@@ -256,9 +265,10 @@ static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_
 }
 
 static int make_frames(const struct request *request, const struct brick_volume *volume,
-                       const struct tool_cameras *cameras, struct vr_report *reports, struct brick_error *err)
+                       const struct tool_cameras *cameras, struct vr_report *reports, bool *final,
+                       struct brick_error *err)
 {
-    struct studio studio = {.request = request, .volume = volume, .scene = request->scene};
+    struct studio studio = {.request = request, .volume = volume, .scene = request->scene, .final = true};
     struct brick_transfer *transfer = NULL;
     bool film = request->path || request->has_turntable;
 
@@ -282,6 +292,7 @@ static int make_frames(const struct request *request, const struct brick_volume 
         studio.scene.camera = cameras->item[i];
         code = make_frame(&studio, film, i, &reports[i], err);
     }
+    *final = studio.final;
     vr_renderer_destroy(&studio.renderer);
     vr_isotracer_destroy(&studio.tracer);
     brick_image_finish(&studio.image);
@@ -290,13 +301,13 @@ static int make_frames(const struct request *request, const struct brick_volume 
 }
 
 static void print_summary(const struct request *request, const struct vr_report *reports, size_t count,
-                          double seconds)
+                          bool final, double seconds)
 {
     const struct vr_report sum = tool_render_sum(reports, count);
-    fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s\n",
+    fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s%s\n",
             request->outputs.item[0], modes[request->mode], (unsigned long long)sum.bricks_active,
-            (unsigned long long)sum.bricks_total, sum.seconds_frame, seconds, sum.gl_renderer[0] ? ", " : "",
-            sum.gl_renderer);
+            (unsigned long long)sum.bricks_total, sum.seconds_frame, seconds, final ? "" : ", not final",
+            sum.gl_renderer[0] ? ", " : "", sum.gl_renderer);
 }
 
 static int render(const struct request *request, const char *path)
@@ -306,6 +317,7 @@ static int render(const struct request *request, const char *path)
     struct vr_report *reports = NULL;
     struct brick_error err = {0};
     uint64_t start_ns = brick_now_ns();
+    bool final = true;
 
     int code = 0;
     for (size_t i = 0; i < request->outputs.count && !code; i++)
@@ -319,15 +331,15 @@ static int render(const struct request *request, const char *path)
     if (!code && !(reports = calloc(cameras.count, sizeof *reports)))
         code = brick_fail(&err, BRICK_ERR_MEMORY, "no memory for %zu frames", cameras.count);
     if (!code)
-        code = make_frames(request, volume, &cameras, reports, &err);
+        code = make_frames(request, volume, &cameras, reports, &final, &err);
     double seconds = 1e-9 * (double)(brick_now_ns() - start_ns);
     if (code) {
         code = tool_fail("render", &err);
     } else {
         if (!request->quiet)
-            print_summary(request, reports, cameras.count, seconds);
+            print_summary(request, reports, cameras.count, final, seconds);
         if (request->json)
-            code = tool_render_json(reports, cameras.count, seconds);
+            code = tool_render_json(reports, cameras.count, final, seconds);
     }
     free(reports);
     tool_cameras_finish(&cameras);
@@ -347,7 +359,7 @@ int cmd_render(int argc, char **argv)
         .opacity = 1.0,
     };
     uint32_t size[2] = {512, 512};
-    int filter = 0, first = 0;
+    int first = 0;
 
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "IMG", .parse = tool_parse_list, .target = &r.outputs,
@@ -416,8 +428,12 @@ int cmd_render(int argc, char **argv)
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
-        {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &filter,
-         .limits = {.choices = filters}, .help = "exact: trilinear in float32 by eight fetches"},
+        {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &r.filter,
+         .limits = {.choices = filters},
+         .help = "exact (default): trilinear in float32 by eight fetches, or\nfast: by the texture unit, "
+                 "fractions of 2^-12"},
+        {"budget", .value = "SECONDS", .parse = tool_parse_positive, .target = &r.budget.seconds,
+         .help = "write what is there after so long; coarser bricks stand in\nfor what is missing"},
         {"ambient", .value = "K", .parse = tool_parse_real, .target = &r.scene.ambient,
          .limits = {.min = 0, .max = 1e6}, .help = "shading (default 0.2)"},
         {"diffuse", .value = "K", .parse = tool_parse_real, .target = &r.scene.diffuse,
@@ -465,5 +481,6 @@ int cmd_render(int argc, char **argv)
         r.quality.method = (enum vr_method)r.method;
     r.quality.cells_integration = (enum vr_cells_integration)r.integration;
     r.renderer.context = (enum vr_context_kind)r.context;
+    r.renderer.filter = (enum vr_filter)r.filter;
     return render(&r, argv[first]);
 }

@@ -42,11 +42,12 @@ static void add_counts(cJSON *json, const struct vr_report *report)
     }
 }
 
-int tool_render_json(const struct vr_report *reports, size_t count, double seconds)
+int tool_render_json(const struct vr_report *reports, size_t count, bool final, double seconds)
 {
     const struct vr_report sum = tool_render_sum(reports, count);
     cJSON *json = cJSON_CreateObject();
     cJSON_AddNumberToObject(json, "seconds_total", seconds);
+    cJSON_AddBoolToObject(json, "final", final);
     add_counts(json, &sum);
     cJSON_AddNumberToObject(json, "bricks_total", (double)sum.bricks_total);
     cJSON_AddNumberToObject(json, "bricks_active", (double)sum.bricks_active);

@@ -7,7 +7,7 @@
 /* What is counted, over all frames; what is a state, of the last; seconds: of a frame, on average. count
  * >= 1. */
 struct vr_report tool_render_sum(const struct vr_report *reports, size_t count);
-/* The sum, and `frames`. Returns an exit code. */
-int tool_render_json(const struct vr_report *reports, size_t count, double seconds);
+/* The sum, and `frames`; final: all of them are what they were to be. Returns an exit code. */
+int tool_render_json(const struct vr_report *reports, size_t count, bool final, double seconds);
 
 #endif

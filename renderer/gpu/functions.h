@@ -20,6 +20,7 @@
     X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                                                                 \
     X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
+    X(PFNGLCOPYIMAGESUBDATAPROC, CopyImageSubData)                                                           \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
     X(PFNGLCREATESHADERPROC, CreateShader)                                                                   \
     X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                                                 \

@@ -459,4 +459,4 @@ static void finish(void *state, struct vr_context *context)
     vr_buffer_finish(&c->exponentials, context);
 }
 
-const struct vr_method_row vr_cells = {sizeof(struct cells), draw, finish};
+const struct vr_method_row vr_cells = {sizeof(struct cells), draw, finish, .filters = false};
