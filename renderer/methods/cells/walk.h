@@ -27,7 +27,8 @@ struct vr_cell_walk {
     uint32_t core[3], macrocells[3];
 };
 
-/* For a brick of the grid. active and strides as vr_macrocells has them. */
+/* level, macrocell, first, core and macrocells, for a brick of the grid; the others are the caller's, active
+ * and macro_strides as struct vr_macrocells has them. */
 void vr_cell_walk_init(struct vr_cell_walk *walk, const struct brick_grid *grid,
                        const struct brick_place *place);
 
