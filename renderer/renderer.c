@@ -29,6 +29,7 @@ struct vr_renderer {
 
 static const struct vr_method_row *const methods[VR_METHODS] = {
     [VR_METHOD_RAYCAST] = &vr_raycast,
+    [VR_METHOD_CELLS] = &vr_cells,
 };
 
 static void close_picture(struct vr_renderer *r)

@@ -13,6 +13,7 @@
     X(PFNGLBINDIMAGETEXTUREPROC, BindImageTexture)                                                           \
     X(PFNGLBINDTEXTUREPROC, BindTexture)                                                                     \
     X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                                                             \
+    X(PFNGLBLENDFUNCPROC, BlendFunc)                                                                         \
     X(PFNGLBUFFERDATAPROC, BufferData)                                                                       \
     X(PFNGLBUFFERSUBDATAPROC, BufferSubData)                                                                 \
     X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                                               \
@@ -32,7 +33,9 @@
     X(PFNGLDISABLEPROC, Disable)                                                                             \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
     X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
+    X(PFNGLDRAWELEMENTSPROC, DrawElements)                                                                   \
     X(PFNGLENABLEPROC, Enable)                                                                               \
+    X(PFNGLFINISHPROC, Finish)                                                                               \
     X(PFNGLFLUSHPROC, Flush)                                                                                 \
     X(PFNGLFRAMEBUFFERPARAMETERIPROC, FramebufferParameteri)                                                 \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                                                   \

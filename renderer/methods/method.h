@@ -16,6 +16,6 @@ struct vr_method_row {
     bool clips, meshes; /* draws clip planes, meshes; the renderer refuses what is not drawn */
 };
 
-extern const struct vr_method_row vr_raycast;
+extern const struct vr_method_row vr_raycast, vr_cells;
 
 #endif

@@ -69,6 +69,10 @@ struct brick_transfer {
 int brick_transfer_create(struct brick_transfer **out, const struct brick_transfer_spec *spec,
                           double min_edge_mm, const double range[2], struct brick_error *err);
 void brick_transfer_destroy(struct brick_transfer **transfer);
+/* Multiply extinction by a global opacity factor, above 0 and finite (Maximo et al. 2008, section 5, call it
+ * brightness), before others read it: what gets through a length is raised to that power. Where the function
+ * is transparent does not change. */
+void brick_transfer_scale(struct brick_transfer *transfer, double factor);
 
 /* Colour and extinction at a physical value; at a jump the right side. NaN gives zero extinction. */
 void brick_transfer_eval(const struct brick_transfer *transfer, double value, double rgb[3], double *sigma);
