@@ -85,9 +85,6 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     if (scene->level >= grid->levels)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "level %u does not exist; the volume has %u", scene->level,
                           grid->levels);
-    if (scene->clip_count > 0)
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "the raycaster does not cut at clip planes; the exact method does");
     if (scene->width != image->width || scene->height != image->height || !image->rgba)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the image has %u x %u pixels, the scene %u x %u",
                           image->width, image->height, scene->width, scene->height);

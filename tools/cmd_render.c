@@ -29,18 +29,19 @@ struct request {
     struct tool_list clip;
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, context, field;
+    int mode, method, context, field, emission;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_opacity, no_skip, json, quiet;
+    bool has_emission, has_opacity, no_skip, json, quiet;
 };
 
-/* Mode, method, field and context are in the order of their enums. */
+/* Mode, method, field, emission and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
+static const char *const emissions[] = {"scaled", "independent", NULL};
 static const char *const filters[] = {"exact", NULL};
 
 /* -1, or the exit code of a usage error. */
@@ -76,6 +77,8 @@ static int check_request(const struct request *request)
         return tool_misuse("render", "--iso goes with --mode iso");
     if (!iso && request->has_refinements)
         return tool_misuse("render", "--refinements goes with --mode iso");
+    if (request->has_emission && request->mode != BRICK_MODE_DVR && request->mode != BRICK_MODE_SHADED)
+        return tool_misuse("render", "--emission goes with --mode dvr or shaded");
     if (request->has_camera && (request->has_eye || request->has_look || request->has_up))
         return tool_misuse("render", "--camera goes without --eye, --look and --up");
     if (!request->has_eye && (request->has_look || request->has_up))
@@ -229,6 +232,8 @@ static int make_frames(const struct request *request, const struct brick_volume 
     /* An isosurface without --tf keeps its plain colour. */
     if (studio.scene.mode != BRICK_MODE_ISO || request->tf)
         code = tool_transfer_load(&transfer, request->tf, volume, err);
+    if (transfer)
+        brick_transfer_set_emission(transfer, (enum brick_emission)request->emission);
     studio.scene.transfer = transfer;
     if (!code)
         code = brick_image_init(&studio.image, studio.scene.width, studio.scene.height, err);
@@ -386,6 +391,10 @@ int cmd_render(int argc, char **argv)
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
+        {"emission", .value = "HOW", .parse = tool_parse_choice, .target = &r.emission,
+         .given = &r.has_emission, .limits = {.choices = emissions},
+         .help =
+             "exact: colour scaled by extinction (default), or\nindependent of it, so much a unit of length"},
         {"clip", .value = "A,B,C,D", .parse = tool_parse_list, .target = &r.clip,
          .help = "exact: keep A x + B y + C z >= D, in mm; up to 6 times"},
         {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit, .given = &r.has_camera,

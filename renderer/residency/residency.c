@@ -38,6 +38,7 @@ struct classification {
     uint64_t number;
     enum brick_mode mode;
     double isovalue;
+    enum brick_emission emission;
     struct brick_transfer_knot *knots;
     size_t count;
 };
@@ -186,7 +187,8 @@ static bool same_classification(const struct classification *c, const struct bri
 {
     size_t count = q->transfer && q->mode != BRICK_MODE_ISO ? q->transfer->count : 0;
     return c->number && c->mode == q->mode && (q->mode != BRICK_MODE_ISO || c->isovalue == q->isovalue) &&
-           c->count == count && (!count || !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots));
+           c->count == count && (!count || c->emission == q->transfer->emission) &&
+           (!count || !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots));
 }
 
 static int set_classification(struct vr_residency *r, const struct brick_active_query *q,
@@ -202,7 +204,8 @@ static int set_classification(struct vr_residency *r, const struct brick_active_
     if (count)
         memcpy(knots, q->transfer->knots, count * sizeof *knots);
     free(c->knots);
-    *c = (struct classification){c->number + 1, q->mode, q->isovalue, knots, count};
+    enum brick_emission emission = count ? q->transfer->emission : BRICK_EMISSION_SCALED;
+    *c = (struct classification){c->number + 1, q->mode, q->isovalue, emission, knots, count};
     return BRICK_OK;
 }
 

@@ -165,6 +165,12 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
     struct vr_uniforms uniforms;
     int result;
 
+    if (frame->scene->clip_count > 0)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
+                          "the raycaster does not cut at clip planes; the exact method does");
+    if (frame->scene->transfer && frame->scene->transfer->emission != BRICK_EMISSION_SCALED)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
+                          "the raycaster scales emission by extinction; the exact method need not");
     if ((result = vr_feedback_resize(&r->feedback, frame->context,
                                      (TARGET_EDGE / VR_TARGET_TILE) * (TARGET_EDGE / VR_TARGET_TILE),
                                      level->bricks[0] * level->bricks[1] * level->bricks[2], err)) ||
