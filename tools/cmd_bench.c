@@ -32,15 +32,18 @@ int cmd_bench(int argc, char **argv)
         return bench_isotrace(argc - 1, argv + 1);
     if (!strcmp(name, "codecs"))
         return bench_codecs(argc - 1, argv + 1);
+    if (!strcmp(name, "accuracy"))
+        return bench_accuracy(argc - 1, argv + 1);
     if (!strcmp(name, "--help")) {
         puts("usage: brick bench NAME ...\n\n"
              "  render FILE    seconds per frame in the modes dvr, shaded, iso and mip, and of isotrace\n"
+             "  accuracy FILE  speed against error of every method, at several steps\n"
              "  isotrace FILE  isosurfaces on the CPU: where the time goes, cores, layouts, hierarchy\n"
              "  convert SRC    conversion against a plain copy of the same file\n"
              "  codecs FILE... every codec's ratio and speed on the bricks of .brick files\n\n"
              "'brick bench NAME --help' lists the options.");
         return TOOL_DONE;
     }
-    return tool_misuse("bench", "expected a measurement, render, isotrace, convert or codecs%s%s",
+    return tool_misuse("bench", "expected a measurement, render, accuracy, isotrace, convert or codecs%s%s",
                        *name ? ", not " : "", name);
 }

@@ -1,31 +1,17 @@
-/* The raycaster's host side: a program that models only what the scene needs, its uniforms, and the picture
- * in parts no larger than a target. */
+/* The raycaster: one program, which takes a ray as far as a pass may. */
 #include "method.h"
 
-#include <float.h>
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 
+#include "march.h"
 #include "shaders.h"
-#include "target.h"
 
-#define TARGET_EDGE 1024
 /* What a ray does in one pass, bounded so that 16 rays at once stay below the 65535 turns of loops that
  * llvmpipe allows: 2 loops of samples and leaps, halvings at a hit, leaps to look ahead. */
-#define STEPS_A_PASS     1500
-#define MAX_REFINEMENTS  96 /* bits of a ray's path; see raycast.glsl */
-#define LOOK_AHEAD_TURNS 256
-#define MAX_LOOK_AHEAD   64
+#define STEPS_A_PASS 1500
 
-enum { IMAGE_STATE, IMAGE_PROGRESS, IMAGE_FEEDBACK };
-
-/* What rays ask for: kept from picture to picture. */
-struct raycast {
-    struct vr_feedback feedback;
-};
-
-static int use_program(const struct vr_frame *frame, struct vr_uniforms *uniforms, struct brick_error *err)
+static int draw(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
+                struct brick_error *err)
 {
     static const struct vr_shader_part parts[] = {
         {"exponential.glsl", vr_shader_exponential},
@@ -35,168 +21,20 @@ static int use_program(const struct vr_frame *frame, struct vr_uniforms *uniform
         {"transfer.glsl", vr_shader_transfer},
         {"shading.glsl", vr_shader_shading},
         {"feedback.glsl", vr_shader_feedback},
+        {"state.glsl", vr_shader_state},
+        {"march.glsl", vr_shader_march},
         {"raycast.glsl", vr_shader_raycast},
     };
     static const struct vr_program_source source = {.fragment = parts,
                                                     .fragment_count = sizeof parts / sizeof *parts};
-    char defines[VR_FRAME_DEFINES_BYTES + 128];
-    size_t n = vr_frame_defines(frame, defines);
-    snprintf(defines + n, sizeof defines - n,
-             "#define STEPS_A_PASS %d\n#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n", STEPS_A_PASS,
-             LOOK_AHEAD_TURNS, VR_TARGET_TILE);
-    uniforms->gl = &frame->context->gl;
-    int result =
-        vr_programs_get(&frame->store->programs, frame->context, &source, defines, &uniforms->program, err);
-    if (!result)
-        uniforms->gl->UseProgram(uniforms->program);
-    return result;
-}
-
-static void set_surface(const struct vr_frame *frame, const struct vr_uniforms *u)
-{
-    const struct vr_scene *scene = frame->scene;
-    const struct vr_quality *quality = frame->quality;
-    double rgb[3] = {scene->iso_rgb[0], scene->iso_rgb[1], scene->iso_rgb[2]}, sigma;
-    uint32_t refinements = quality->refinements < 64 ? quality->refinements : 64;
-    if (scene->transfer)
-        brick_transfer_eval(scene->transfer, scene->isovalue, rgb, &sigma);
-    /* Samples further apart than a voxel are brought into cells that touch, whatever the refinement. */
-    for (double step = quality->step_vox; step > 1.0; step /= 2.0)
-        refinements++;
-    if (refinements > MAX_REFINEMENTS)
-        refinements = MAX_REFINEMENTS;
-    vr_set_vec3(u, "surface", rgb);
-    vr_set_int(u, "refinements", (int)refinements);
-    vr_set_float(u, "isovalue", vr_stored_threshold(frame->grid, scene->isovalue));
-}
-
-/* How many bricks a waiting ray may ask for beyond the one it needs. While what rays want fills less than
- * half the cache the number doubles, so that a cache with room costs a number of passes that grows with the
- * logarithm of the bricks along a ray; and since a ray has passed as many bricks as it may ask for, at most
- * about half of what is read can be hidden behind where rays end. When more is wanted than there are slots,
- * asking further gains nothing. */
-static int choose_ahead(int ahead, uint64_t wanted, uint64_t slots)
-{
-    if (wanted <= slots / 2)
-        return ahead < MAX_LOOK_AHEAD ? 2 * ahead : ahead;
-    return wanted > slots && ahead > 1 ? ahead / 2 : ahead;
-}
-
-/* One part of the picture, pass after pass, until all its rays have ended. */
-static int draw_part(struct raycast *r, const struct vr_frame *frame, const struct vr_uniforms *u,
-                     const struct vr_target *target, int width, int height, struct vr_report *report,
-                     struct brick_error *err)
-{
-    struct vr_context *context = frame->context;
-    struct vr_residency *residency = frame->residency;
-    struct vr_feedback *feedback = &r->feedback;
-    const int across = TARGET_EDGE / VR_TARGET_TILE;
-    uint64_t wanted, slots = vr_residency_atlas(residency)->count;
-    bool unfinished = true;
-    int ahead = 1;
-    for (uint32_t t = 0; t < feedback->tiles; t++)
-        feedback->words[t] = 1;
-    vr_set_int(u, "resume", GL_FALSE);
-    for (;;) {
-        vr_set_int(u, "look_ahead", ahead);
-        vr_atlas_use(vr_residency_atlas(residency), context, VR_UNIT_ATLAS);
-        vr_feedback_clear(feedback, context);
-        vr_target_draw(target, context, width, height, feedback->words, across);
-        vr_feedback_read(feedback, context);
-        report->passes++;
-        int result = vr_context_check(context, "raycasting", err);
-        if (result)
-            return result;
-        unfinished = false;
-        for (uint32_t t = 0; t < feedback->tiles && !unfinished; t++)
-            unfinished = feedback->words[t] != 0;
-        if (!unfinished)
-            return BRICK_OK;
-        if ((result = vr_residency_bring(residency, feedback, &wanted, err)))
-            return result;
-        vr_set_int(u, "resume", GL_TRUE);
-        ahead = choose_ahead(ahead, wanted, slots);
-    }
-}
-
-/* The picture part by part through one target. */
-static int draw_parts(struct raycast *r, const struct vr_frame *frame, const struct vr_uniforms *u,
-                      struct brick_image *image, struct vr_report *report, struct brick_error *err)
-{
-    struct vr_context *context = frame->context;
-    struct vr_target target = {0};
-    int width = (int)image->width, height = (int)image->height;
-    int tw = width < TARGET_EDGE ? width : TARGET_EDGE, th = height < TARGET_EDGE ? height : TARGET_EDGE;
-    uint32_t *progress = malloc((size_t)tw * (size_t)th * 2 * sizeof *progress);
-    int result = progress ? vr_target_init(&target, context, tw, th, err)
-                          : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
-    vr_set_int(u, "state_image", IMAGE_STATE);
-    vr_set_int(u, "progress_image", IMAGE_PROGRESS);
-    vr_set_int(u, "feedback", IMAGE_FEEDBACK);
-    vr_set_int(u, "tiles_across", TARGET_EDGE / VR_TARGET_TILE);
-    vr_set_int(u, "tiles", (int)r->feedback.tiles);
-    if (!result) {
-        vr_target_use(&target, context, IMAGE_STATE, IMAGE_PROGRESS);
-        vr_buffer_use_image(&r->feedback.buffer, context, IMAGE_FEEDBACK);
-    }
-    for (int y = 0; !result && y < height; y += th)
-        for (int x = 0; !result && x < width; x += tw) {
-            int w = width - x < tw ? width - x : tw, h = height - y < th ? height - y : th;
-            vr_set_ivec2(u, "tile_origin", x, y);
-            if ((result = draw_part(r, frame, u, &target, w, h, report, err)))
-                break;
-            vr_target_read(&target, context, w, h, image->rgba + 4 * ((size_t)y * image->width + (size_t)x),
-                           width, progress);
-            for (size_t i = 0; i < (size_t)w * (size_t)h; i++)
-                report->samples += progress[2 * i + 1];
-            result = vr_context_check(context, "reading the picture", err);
-        }
-    vr_target_finish(&target, context);
-    free(progress);
-    return result;
-}
-
-static int draw(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
-                struct brick_error *err)
-{
-    struct raycast *r = state;
-    const struct brick_level *level = frame->level;
-    const double termination = frame->quality->termination;
-    struct vr_uniforms uniforms;
-    int result;
-
-    if (frame->scene->clip_count > 0)
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "the raycaster does not cut at clip planes; the exact method does");
-    if (frame->scene->transfer && frame->scene->transfer->emission != BRICK_EMISSION_SCALED)
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "the raycaster scales emission by extinction; the exact method need not");
-    if ((result = vr_feedback_resize(&r->feedback, frame->context,
-                                     (TARGET_EDGE / VR_TARGET_TILE) * (TARGET_EDGE / VR_TARGET_TILE),
-                                     level->bricks[0] * level->bricks[1] * level->bricks[2], err)) ||
-        (result = use_program(frame, &uniforms, err)))
-        return result;
-    vr_frame_set_rays(frame, &uniforms);
-    vr_frame_set_field(frame, &uniforms);
-    vr_frame_set_shading(frame, &uniforms);
-    if (frame->scene->mode == BRICK_MODE_ISO)
-        set_surface(frame, &uniforms);
-    else if ((result = vr_frame_set_transfer(frame, &uniforms, err)))
-        goto done;
-    if (frame->scene->mode == BRICK_MODE_MIP)
-        vr_set_float(&uniforms, "unit_mm", frame->scene->transfer->unit_mm);
-    /* A ray ends where exp(-depth) falls below the threshold. */
-    vr_set_float(&uniforms, "depth_end", termination > 0.0 ? -log(termination) : FLT_MAX);
-    result = draw_parts(r, frame, &uniforms, image, report, err);
-done:
-    uniforms.gl->UseProgram(0);
-    return result;
+    char defines[64];
+    snprintf(defines, sizeof defines, "#define STEPS_A_PASS %d\n", STEPS_A_PASS);
+    return vr_march_draw(state, frame, &source, defines, image, report, err);
 }
 
 static void finish(void *state, struct vr_context *context)
 {
-    struct raycast *r = state;
-    vr_feedback_finish(&r->feedback, context);
+    vr_march_finish(state, context);
 }
 
-const struct vr_method_row vr_raycast = {sizeof(struct raycast), draw, finish};
+const struct vr_method_row vr_raycast = {sizeof(struct vr_march), draw, finish};

@@ -1,0 +1,150 @@
+/* Marching: what takes a ray from sample to sample, in passes. Two loops in turn: the first leaps over inactive blocks by whole
+ * samples, the second fetches samples while they stay in one active block. A leap never passes a sample of an active
+ * block, and a sample of an inactive block adds nothing, so skipping changes no bit. A ray that needs a brick that is not in the
+ * atlas says so, looks which bricks it will meet next, and leaves what the next pass needs.
+ *
+ * state_image: the picture's colour as bits once progress.x is FINISHED, the ray's packed state before; progress.y counts
+ * samples fetched. */
+layout(rgba32ui) uniform uimage2D state_image;
+layout(rg32ui) uniform uimage2D progress_image;
+uniform bool resume;
+uniform int look_ahead; /* active bricks that a waiting ray asks for beyond the one it needs */
+#define FINISHED 0xffffffffu
+
+struct March {
+    State state;
+    uint k, fetched; /* the next sample's number; samples fetched so far */
+    Fixed3 at;       /* the next sample's position */
+    Block block;     /* and surroundings, after a loop */
+    bool done;       /* no sample of it counts any more */
+    bool waits;      /* for block.brick */
+};
+
+/* How many samples, from the one at `at`, lie in the block: at least 1, and never too many: the way to the exit, in steps,
+ * is shortened by more than its rounding error. */
+uint leap(Ray ray, Fixed3 at, ivec3 home, int shift)
+{
+    ivec3 low = (home >> shift) << shift;
+    vec3 f = fixed_fraction(at);
+    vec3 ahead = vec3(low + (1 << shift) - at.cell) - f, behind = vec3(at.cell - low) + f;
+    vec3 exits = (mix(behind, ahead, ray.forward) - 1.0e-6) * ray.pace + ray.never;
+    float way = min(exits.x, min(exits.y, exits.z)) * 0.99999 + 0.9999;
+    return uint(clamp(way, 1.0, 16777216.0));
+}
+
+void march_to(inout March m, Ray ray, uint jump)
+{
+    m.k += jump;
+    m.at = m.k + 1u == ray.count ? ray.last : fixed_add(m.at, fixed_times(ray.step, jump));
+}
+
+/* Over inactive blocks, to a sample of an active one (which m.block then is, and waits says whether its brick is missing)
+ * or the ray's end, in `left` leaps at most. */
+void march_leap(inout March m, Ray ray, inout uint left)
+{
+    ivec3 home = owner(m.at.cell);
+    m.block = locate(home);
+    while (!m.block.live && !m.block.missing && left > 0u) {
+        m.done = state_skip(m.state, m.block);
+        if (m.done)
+            break;
+#ifdef SKIP
+        uint jump = min(leap(ray, m.at, home, m.block.shift), ray.count - m.k);
+#else
+        uint jump = 1u;
+#endif
+        left--;
+        march_to(m, ray, jump);
+        if (m.k >= ray.count)
+            break;
+        home = owner(m.at.cell);
+        m.block = locate(home);
+    }
+    m.waits = !m.done && m.k < ray.count && m.block.missing;
+}
+
+/* On by up to `left` samples and leaps. */
+void march(inout March m, Ray ray, uint left)
+{
+    while (!m.done && m.k < ray.count && left > 0u) {
+        march_leap(m, ray, left);
+        if (m.done || m.waits || m.k >= ray.count || left == 0u)
+            break;
+        ivec3 inside = owner(m.at.cell) >> m.block.shift;
+        do {
+            m.done = state_sample(m.state, ray, m.k, m.at, m.block);
+            m.fetched++;
+            if (m.done)
+                break;
+            m.k++;
+            left--;
+            m.at = fixed_add(m.at, ray.step);
+            if (m.k + 1u == ray.count)
+                m.at = ray.last;
+        } while (m.k < ray.count && left > 0u && owner(m.at.cell) >> m.block.shift == inside);
+    }
+}
+
+/* The next active bricks on the ray's way from sample k in `brick`, resident or not: what is wanted stays. */
+void want_ahead(Ray ray, uint k, Fixed3 at, int brick)
+{
+    ivec3 home = owner(at.cell);
+    int left = look_ahead;
+    for (int turn = 0; turn < LOOK_AHEAD_TURNS && left > 0; turn++) {
+        uint jump = leap(ray, at, home, brick_shift);
+        if (jump >= ray.count - k)
+            break;
+        k += jump;
+        at = k + 1u == ray.count ? ray.last : fixed_add(at, fixed_times(ray.step, jump));
+        home = owner(at.cell);
+        int next = brick_of(home);
+        if (next != brick && texelFetch(pages, next).r >> 30 >= STATE_RESIDENT) {
+            want(next, WANT_AHEAD);
+            left--;
+        }
+        brick = next;
+    }
+}
+
+/* The pixel's ray as the last pass left it; false when it has ended, or meets nothing. */
+bool march_load(ivec2 pixel, out Ray ray, out March m)
+{
+    m.state = state_init();
+    m.k = m.fetched = 0u;
+    if (resume) {
+        uvec2 progress = imageLoad(progress_image, pixel).xy;
+        if (progress.x == FINISHED)
+            return false;
+        m.state = state_unpack(imageLoad(state_image, pixel));
+        m.k = progress.x;
+        m.fetched = progress.y;
+    }
+    if (!ray_init(pixel + tile_origin, ray)) {
+        imageStore(state_image, pixel, uvec4(0u));
+        imageStore(progress_image, pixel, uvec4(FINISHED, 0u, 0u, 0u));
+        return false;
+    }
+    m.at = ray_sample(ray, m.k);
+    m.done = !state_marching(m.state);
+    m.waits = false;
+    return true;
+}
+
+/* Leave the pixel's colour, or what the next pass needs. */
+void march_store(inout March m, Ray ray, ivec2 pixel)
+{
+    vec4 colour = vec4(0.0);
+    bool ended = m.done || m.k >= ray.count;
+    if (ended && state_end(m.state, ray, m.k, m.fetched, m.block, colour)) {
+        imageStore(state_image, pixel, floatBitsToUint(colour));
+        imageStore(progress_image, pixel, uvec4(FINISHED, m.fetched, 0u, 0u));
+        return;
+    }
+    imageStore(state_image, pixel, state_pack(m.state));
+    imageStore(progress_image, pixel, uvec4(m.k, m.fetched, 0u, 0u));
+    mark_unfinished(pixel);
+    if (ended || m.waits)
+        want(m.block.brick, WANT_NEEDED);
+    if (m.waits)
+        want_ahead(ray, m.k, m.at, m.block.brick);
+}

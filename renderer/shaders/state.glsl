@@ -1,0 +1,265 @@
+/* What a ray gathers on its way, by mode: State, what a sample and a leap over an inactive block add to it, its four words
+ * between passes, and the picture's colour in the end. Samples have numbers and the state between two of them is kept whole,
+ * so it does not matter which method marches, nor where its passes end. */
+#if MODE == MODE_DVR || MODE == MODE_SHADED
+uniform float depth_end; /* optical depth at which a ray ends */
+
+/* Emission and absorption; optical depth rather than transmittance is summed, which loses nothing however thin. */
+struct State {
+    vec3 rgb;
+    float depth, transmittance;
+};
+
+State state_init()
+{
+    return State(vec3(0.0), 0.0, 1.0);
+}
+
+uvec4 state_pack(State s)
+{
+    return floatBitsToUint(vec4(s.rgb, s.depth));
+}
+
+State state_unpack(uvec4 bits)
+{
+    vec4 v = uintBitsToFloat(bits);
+    return State(v.rgb, v.a, exponential(-v.a));
+}
+
+/* This and the next answer: is the ray done? */
+bool state_skip(inout State s, Block block)
+{
+    return false;
+}
+
+bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+{
+    ivec3 texel = at.cell + block.offset;
+    vec3 f = fixed_fraction(at);
+    Cell c = cell_fetch(texel);
+    if (!cell_valid(c))
+        return false;
+    float v = cell_value(c, f);
+    Piece piece = find_piece(v);
+    float sigma = extinction(piece, v);
+    if (!(sigma > 0.0))
+        return false;
+    vec3 rgb = emission(piece, v);
+#if MODE == MODE_SHADED
+    rgb = shade(rgb, cell_gradient(c, texel, f), ray.view);
+#endif
+    precise float x = sigma * (k + 1u == ray.count ? ray.last_length_mm : ray.length_mm);
+    precise vec3 sum = s.rgb + (s.transmittance * opacity(x)) * rgb;
+    s.rgb = sum;
+    s.depth += x;
+    s.transmittance = exponential(-s.depth);
+    return s.depth > depth_end;
+}
+
+/* The picture's colour, of a ray that has ended; false when the brick in `block` must come first. */
+bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
+{
+    colour = vec4(s.rgb, opacity(s.depth));
+    return true;
+}
+
+#elif MODE == MODE_MIP
+uniform float unit_mm; /* length that a control point's opacity belongs to */
+
+struct State {
+    float largest;
+    bool any;
+};
+
+State state_init()
+{
+    return State(0.0, false);
+}
+
+uvec4 state_pack(State s)
+{
+    return uvec4(floatBitsToUint(s.largest), s.any, 0u, 0u);
+}
+
+State state_unpack(uvec4 bits)
+{
+    return State(uintBitsToFloat(bits.x), bits.y != 0u);
+}
+
+bool state_skip(inout State s, Block block)
+{
+    return false;
+}
+
+bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+{
+    Cell c = cell_fetch(at.cell + block.offset);
+    if (!cell_valid(c))
+        return false;
+    float v = cell_value(c, fixed_fraction(at));
+    if (!s.any || v > s.largest)
+        s.largest = v;
+    s.any = true;
+    return false;
+}
+
+bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
+{
+    colour = vec4(0.0);
+    if (s.any) {
+        Piece piece = find_piece(s.largest);
+        float a = opacity(extinction(piece, s.largest) * unit_mm);
+        colour = vec4(a * emission(piece, s.largest), a);
+    }
+    return true;
+}
+
+#elif MODE == MODE_ISO
+uniform float isovalue;    /* stored; a value is above when it is not less */
+uniform vec3 surface;      /* colour */
+uniform int refinements;   /* bisections */
+
+#define SIDE_NONE  0 /* a cell that is not finite has none, and bounds no surface */
+#define SIDE_BELOW 1
+#define SIDE_ABOVE 2
+
+/* A ray marches until two samples lie on different sides, then halves the way between them, then looks whether the far end's
+ * cell holds the surface, or else the near end's. Each step needs one brick and may have to wait for it. */
+#define STAGE_MARCH 0u
+#define STAGE_HALVE 1u
+#define STAGE_FAR   2u
+#define STAGE_NEAR  3u
+
+struct State {
+    int side;     /* of the sample before; of the near end */
+    uint stage;
+    uint halved;  /* times */
+    uvec3 path;   /* a bit for each: did the near end move? */
+};
+
+State state_init()
+{
+    return State(SIDE_NONE, STAGE_MARCH, 0u, uvec3(0u));
+}
+
+uvec4 state_pack(State s)
+{
+    return uvec4(uint(s.side) | s.stage << 2 | s.halved << 8, s.path);
+}
+
+State state_unpack(uvec4 bits)
+{
+    return State(int(bits.x & 3u), bits.x >> 2 & 3u, bits.x >> 8, bits.yzw);
+}
+
+bool state_side(inout State s, int side)
+{
+    if (s.side != SIDE_NONE && side != SIDE_NONE && side != s.side)
+        s.stage = STAGE_HALVE;
+    else
+        s.side = side;
+    return s.stage != STAGE_MARCH;
+}
+
+bool state_skip(inout State s, Block block)
+{
+    return state_side(s, block.above ? SIDE_ABOVE : SIDE_BELOW);
+}
+
+int side_of(Fixed3 at, ivec3 offset)
+{
+    Cell c = cell_fetch(at.cell + offset);
+    if (!cell_valid(c))
+        return SIDE_NONE;
+    return cell_value(c, fixed_fraction(at)) >= isovalue ? SIDE_ABOVE : SIDE_BELOW;
+}
+
+bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+{
+    return state_side(s, side_of(at, block.offset));
+}
+
+/* Does the isovalue lie between the cell's corners, give or take the interpolation's rounding? */
+bool straddles(Fixed3 at, Block block)
+{
+    if (!block.live)
+        return false;
+    Cell c = cell_fetch(at.cell + block.offset);
+    if (!cell_valid(c))
+        return false;
+    vec4 low4 = min(c.low * value_sign, c.high * value_sign), high4 = max(c.low * value_sign, c.high * value_sign);
+    float low = min(min(low4.x, low4.y), min(low4.z, low4.w));
+    float high = max(max(high4.x, high4.y), max(high4.z, high4.w));
+    float slack = low == high ? 0.0 : max(abs(low), abs(high)) * 4.8e-7;
+    return low - slack < isovalue && high + slack >= isovalue;
+}
+
+/* Halve by side only. The hit is the far end if its cell holds the surface, else the near end: of two samples on
+ * different sides in cells that touch, one does. That rule knows cells, not bricks. */
+bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
+{
+    colour = vec4(0.0);
+    if (s.stage == STAGE_MARCH)
+        return true;
+    Fixed3 near = ray_sample(ray, k - 1u), far = ray_sample(ray, k);
+    Fixed3 width = fixed_subtract(far, near);
+    for (uint i = 0u; i < uint(refinements); i++) {
+        Fixed3 narrow = fixed_half(width), middle = fixed_add(near, narrow);
+        if (i >= s.halved) { /* else it was done in an earlier pass */
+            if (s.stage != STAGE_HALVE)
+                break;
+            block = locate(owner(middle.cell));
+            if (block.missing)
+                return false;
+            int side = block.above ? SIDE_ABOVE : SIDE_BELOW;
+            if (block.live) {
+                side = side_of(middle, block.offset);
+                fetched++;
+            }
+            if (side == SIDE_NONE)
+                break;
+            s.path[i >> 5] |= uint(side == s.side) << (i & 31u);
+            s.halved++;
+        }
+        width = narrow;
+        if ((s.path[i >> 5] >> (i & 31u) & 1u) != 0u)
+            near = middle;
+        else
+            far = middle;
+    }
+    if (s.stage == STAGE_HALVE)
+        s.stage = STAGE_FAR;
+    bool found = false;
+    if (s.stage == STAGE_FAR) {
+        block = locate(owner(far.cell));
+        if (block.missing)
+            return false;
+        found = straddles(far, block);
+        if (!found)
+            s.stage = STAGE_NEAR;
+    }
+    if (s.stage == STAGE_NEAR) {
+        far = near;
+        block = locate(owner(far.cell));
+        if (block.missing)
+            return false;
+        found = straddles(far, block);
+    }
+    vec3 gradient = vec3(0.0);
+    if (found) {
+        ivec3 texel = far.cell + block.offset;
+        gradient = cell_gradient(cell_fetch(texel), texel, fixed_fraction(far));
+    }
+    colour = vec4(shade(surface, gradient, ray.view), 1.0);
+    return true;
+}
+#endif
+
+bool state_marching(State s)
+{
+#if MODE == MODE_ISO
+    return s.stage == STAGE_MARCH;
+#else
+    return true;
+#endif
+}

@@ -1,0 +1,51 @@
+"""The measurements: what they leave is complete and true where truth is known. Seconds are not judged."""
+
+import csv
+import os
+import shutil
+
+import cli
+
+
+@cli.needs_gl
+class Accuracy(cli.Case):
+    def rows(self, *options):
+        self.brick("synth", "marschner-lobb", "--size", "32x32x32", "--type", "f32", "-o", "ml.brick", "--quiet")
+        text = self.brick("bench", "accuracy", "ml.brick", "-o", "out", "--size", "48x48", "--frames", "1", *options)
+        with open(self.path("out/accuracy.csv"), newline="") as file:
+            return text, list(csv.DictReader(file))
+
+    def test_rows(self):
+        text, rows = self.rows("--steps", "1,0.5,0.25,0.125")
+        self.assertIn("order", text)
+        raycast = [r for r in rows if r["variant"] == "raycast"]
+        self.assertEqual([float(r["step"]) for r in raycast], [1, 0.5, 0.25, 0.125])
+        # Midpoint samples of a piecewise smooth field have second order, give or take where samples meet the kinks at
+        # cells' faces: half an order over three halvings.
+        self.assertGreater(float(raycast[0]["order"]), 1.5)
+        self.assertLess(float(raycast[0]["order"]), 2.5)
+
+    def test_pareto(self):
+        _, rows = self.rows("--steps", "2,0.5")
+        values = [(float(r["seconds"]), float(r["rmse_trilinear"]), r["pareto"] == "1") for r in rows]
+        for s, e, front in values:
+            beaten = any(s2 <= s and e2 <= e and (s2 < s or e2 < e) for s2, e2, _ in values)
+            self.assertEqual(front, not beaten)
+
+    def test_plots(self):
+        self.rows("--steps", "1")
+        self.assertTrue(os.path.exists(self.path("out/accuracy.gp")))
+        if shutil.which("gnuplot"):
+            self.assertIn(b"<svg", self.read("out/accuracy.svg"))
+            self.assertTrue(self.read("out/accuracy.png").startswith(b"\x89PNG"))
+
+    def test_folder(self):
+        self.brick("synth", "constant", "--size", "8x8x8", "-o", "c.brick", "--quiet")
+        self.write("taken", b"")
+        self.fails(1, "taken: cannot make this folder", "bench", "accuracy", "c.brick", "-o", "taken")
+        self.fails(2, "no output", "bench", "accuracy", "c.brick")
+        self.fails(2, "not above 0", "bench", "accuracy", "c.brick", "-o", "x", "--steps", "1,0")
+
+
+if __name__ == "__main__":
+    cli.main()

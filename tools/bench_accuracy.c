@@ -1,0 +1,228 @@
+/* Why: what a second of computing buys. Every way to draw the same picture, at several steps, is timed and
+ * held against the exact picture, of the field that it converges to and of the trilinear one. Variants take
+ * turns, so that a slow minute of the machine falls on all of them. */
+#include "bench_accuracy.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "figure.h"
+#include "message.h"
+#include "options.h"
+#include "transfer.h"
+
+#define COMMAND "bench accuracy"
+
+enum { FIELDS = VR_FIELD_PRECLASSIFIED + 1, STEPS_MAX = TOOL_REALS_MAX, VARIANTS_MAX = 64 };
+
+static const char *const modes[] = {"dvr", "shaded", NULL};
+
+struct request {
+    const char *tf, *folder;
+    uint32_t size[2], frames;
+    double orbit[2], ortho;
+    struct tool_reals steps;
+    struct vr_renderer_params renderer;
+    int mode;
+};
+
+struct bench {
+    const struct request *request;
+    const struct brick_volume *volume;
+    struct vr_scene scene;
+    struct vr_renderer *renderer;
+    struct brick_image exact[FIELDS], image;
+    struct bench_variant variants[VARIANTS_MAX];
+    size_t variant_count;
+    struct bench_accuracy_row *rows;
+    double (*seconds)[BENCH_REPEAT_MAX];
+    size_t row_count;
+};
+
+static struct vr_quality *add(struct bench *b, const char *name, enum vr_method method, enum vr_field field,
+                              double order, bool steps)
+{
+    struct bench_variant *v = &b->variants[b->variant_count++];
+    *v = (struct bench_variant){name, vr_quality_defaults, field, order, steps};
+    v->quality.method = method;
+    v->quality.termination = 0.0;
+    return &v->quality;
+}
+
+/* What is compared. Orders: midpoint samples have order 2 where the integrand is smooth; shading has
+ * directions that jump where the gradient vanishes, and order 1.5 (docs/accuracy.md). */
+static void list_variants(struct bench *b)
+{
+    const double order = b->scene.mode == BRICK_MODE_SHADED ? 1.5 : 2.0;
+    add(b, "raycast", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true);
+    add(b, "raycast, termination 1e-2", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-2;
+    add(b, "raycast, termination 1e-4", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-4;
+}
+
+static int draw_exact(struct bench *b, struct brick_error *err)
+{
+    int code = 0;
+    for (int f = 0; f < FIELDS && !code; f++) {
+        bool wanted = f == VR_FIELD_TRILINEAR;
+        for (size_t v = 0; v < b->variant_count; v++)
+            wanted = wanted || b->variants[v].field == (enum vr_field)f;
+        struct vr_exact_params params = vr_exact_defaults;
+        params.host_cache_bytes = b->request->renderer.host_cache_bytes;
+        params.threads = b->request->renderer.threads;
+        params.field = (enum vr_field)f;
+        if (wanted && !(code = brick_image_init(&b->exact[f], b->scene.width, b->scene.height, err)))
+            code = vr_render_exact(b->volume, &b->scene, &params, &b->exact[f], NULL, err);
+    }
+    return code;
+}
+
+/* Frame 0 loads bricks and compiles shaders, and is held against the exact ones; the others are timed. */
+static int draw_row(struct bench *b, size_t row, uint32_t frame, struct brick_error *err)
+{
+    struct bench_accuracy_row *r = &b->rows[row];
+    struct vr_quality quality = r->variant->quality;
+    quality.step_vox = r->step;
+    int code = vr_render(b->renderer, &b->scene, &quality, &b->image, &r->report, err);
+    if (code)
+        return code;
+    if (frame) {
+        b->seconds[row][frame - 1] = r->report.seconds_frame;
+        return 0;
+    }
+    code = brick_image_compare(&b->image, &b->exact[r->variant->field], &r->own, err);
+    return code ? code : brick_image_compare(&b->image, &b->exact[VR_FIELD_TRILINEAR], &r->trilinear, err);
+}
+
+static int measure(struct bench *b, struct brick_error *err)
+{
+    const uint32_t frames = b->request->frames;
+    int code = draw_exact(b, err);
+    if (!code)
+        code = brick_image_init(&b->image, b->scene.width, b->scene.height, err);
+    if (!code)
+        code = vr_renderer_create(&b->renderer, b->volume, &b->request->renderer, err);
+    for (uint32_t frame = 0; frame <= frames && !code; frame++)
+        for (size_t row = 0; row < b->row_count && !code; row++)
+            code = draw_row(b, row, frame, err);
+    for (size_t row = 0; row < b->row_count && !code; row++)
+        b->rows[row].seconds = bench_spread(b->seconds[row], frames);
+    return code;
+}
+
+static int list_rows(struct bench *b, struct brick_error *err)
+{
+    const struct tool_reals *steps = &b->request->steps;
+    b->rows = calloc(b->variant_count * steps->count, sizeof *b->rows);
+    b->seconds = calloc(b->variant_count * steps->count, sizeof *b->seconds);
+    if (!b->rows || !b->seconds)
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the results");
+    for (size_t v = 0; v < b->variant_count; v++)
+        for (uint32_t s = 0; s < (b->variants[v].steps ? steps->count : 1); s++)
+            b->rows[b->row_count++] =
+                (struct bench_accuracy_row){.variant = &b->variants[v], .step = steps->value[s]};
+    return 0;
+}
+
+static int run(const struct request *request, const char *path, struct brick_error *err)
+{
+    struct bench b = {.request = request, .scene = vr_scene_defaults};
+    struct brick_volume *volume = NULL;
+    struct brick_transfer *transfer = NULL;
+    bool drawn = false;
+    char title[256];
+
+    int code = tool_folder_make(request->folder, err);
+    if (!code)
+        code = brick_volume_open(&volume, path, err);
+    if (!code)
+        code = tool_transfer_load(&transfer, request->tf, volume, err);
+    if (code)
+        goto done;
+    b.volume = volume;
+    b.scene.mode = (enum brick_mode)request->mode;
+    b.scene.transfer = transfer;
+    b.scene.width = request->size[0];
+    b.scene.height = request->size[1];
+    double spacing[3], diagonal = 0.0;
+    const struct brick_grid *grid = brick_volume_grid(volume);
+    brick_grid_spacing_mm(grid, spacing);
+    for (int a = 0; a < 3; a++)
+        diagonal = hypot(diagonal, spacing[a] * (double)grid->dims[a]);
+    brick_camera_orbit(&b.scene.camera, grid, request->orbit[0], request->orbit[1], 0,
+                       request->ortho > 0.0 ? request->ortho : diagonal,
+                       (double)b.scene.width / b.scene.height);
+    list_variants(&b);
+    if ((code = list_rows(&b, err)) || (code = measure(&b, err)))
+        goto done;
+    bench_accuracy_mark(b.rows, b.row_count);
+    bench_accuracy_print(b.rows, b.row_count);
+    snprintf(title, sizeof title, "%.100s, %s, %ux%u", request->tf ? request->tf : TOOL_TRANSFER_DEFAULT,
+             modes[request->mode], b.scene.width, b.scene.height);
+    code = bench_accuracy_write(b.rows, b.row_count, title, request->folder, &drawn, err);
+    if (!code && !drawn)
+        tool_note(COMMAND, "no plots: gnuplot is not installed (Debian: gnuplot-nox)");
+done:
+    vr_renderer_destroy(&b.renderer);
+    for (int f = 0; f < FIELDS; f++)
+        brick_image_finish(&b.exact[f]);
+    brick_image_finish(&b.image);
+    free(b.rows);
+    free(b.seconds);
+    brick_transfer_destroy(&transfer);
+    brick_volume_close(&volume);
+    return code;
+}
+
+int bench_accuracy(int argc, char **argv)
+{
+    struct request r = {
+        .size = {256, 256},
+        .frames = 3,
+        .orbit = {20, 10},
+        .steps = {.count = 4, .value = {2, 1, 0.5, 0.25}},
+        .renderer = vr_renderer_defaults,
+    };
+    int first = 0;
+    const struct tool_option options[] = {
+        {"output", .letter = 'o', .value = "DIR", .parse = tool_parse_text, .target = &r.folder,
+         .help = "folder for accuracy.csv, accuracy.svg and accuracy.png"},
+        {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
+         .help = "transfer function (default gray)"},
+        {"mode", .value = "MODE", .parse = tool_parse_choice, .target = &r.mode, .limits = {.choices = modes},
+         .help = "dvr (default) or shaded"},
+        {"steps", .value = "S,S,..", .parse = tool_parse_reals, .target = &r.steps,
+         .help = "sampling distances in smallest voxel edges (default 2,1,0.5,0.25)"},
+        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.frames,
+         .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "frames to take the median of (default 3)"},
+        {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
+         .help = "pixels (default 256x256)"},
+        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
+         .help = "azimuth and elevation in degrees (default 20,10)"},
+        {"ortho", .value = "H", .parse = tool_parse_positive, .target = &r.ortho,
+         .help = "parallel projection, the picture's height in mm (default: fits the volume)"},
+        TOOL_OPTION_THREADS(&r.renderer.threads),
+    };
+    const struct tool_usage usage = {
+        .command = COMMAND,
+        .arguments = "FILE -o DIR [OPTIONS]",
+        .summary = "Speed against error of every method, at several steps, against the exact picture.",
+        .options = options,
+        .option_count = TOOL_COUNT(options),
+        .positional_min = 1,
+        .positional_max = 1,
+        .positional = "one FILE",
+    };
+    struct brick_error err = {0};
+    int code = tool_options(&usage, argc, argv, &first);
+    if (code >= 0)
+        return code;
+    if (!r.folder)
+        return tool_misuse(COMMAND, "no output: -o DIR");
+    for (uint32_t i = 0; i < r.steps.count; i++)
+        if (!(r.steps.value[i] > 0.0) || !isfinite(r.steps.value[i]))
+            return tool_misuse(COMMAND, "--steps: %g is not above 0", r.steps.value[i]);
+    code = run(&r, argv[first], &err);
+    return code ? tool_fail(COMMAND, &err) : 0;
+}
