@@ -13,6 +13,7 @@
 #include "command.h"
 #include "message.h"
 #include "options.h"
+#include "slices_options.h"
 #include "transfer.h"
 
 /* The GPU's, in the order of enum vr_method, then those on the CPU. */
@@ -29,6 +30,7 @@ struct request {
     struct tool_list clip;
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
+    struct tool_slices slices;
     int mode, method, context, field, emission;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
@@ -38,7 +40,7 @@ struct request {
 
 /* Mode, method, field, emission and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
-static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
+static const char *const methods[] = {"raycast", "slices", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const emissions[] = {"scaled", "independent", NULL};
@@ -98,9 +100,13 @@ static int check_request(const struct request *request)
             return tool_misuse("render", "--field preclassified goes with --mode dvr or shaded");
         if (request->has_cache || request->has_context)
             return tool_misuse("render", "--method exact runs on the CPU, without --gpu-cache and --context");
-    } else if (request->has_field || request->clip.count) {
-        return tool_misuse("render", "--field and --clip go with --method exact");
+    } else if (request->has_field) {
+        return tool_misuse("render", "--field goes with --method exact");
     }
+    const char *wrong = tool_slices_check(&request->slices, request->method == VR_METHOD_SLICES,
+                                          request->has_step, request->has_termination);
+    if (wrong)
+        return tool_misuse("render", "%s", wrong);
     return check_isotrace(request);
 }
 
@@ -358,6 +364,7 @@ int cmd_render(int argc, char **argv)
         .renderer = vr_renderer_defaults,
         .image = fmt_image_defaults,
         .isotrace = vr_isotrace_defaults,
+        .slices = TOOL_SLICES_DEFAULTS,
         .up = {0, 0, 1},
     };
     uint32_t size[2] = {512, 512};
@@ -386,17 +393,19 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help = "raycast (default), isotrace: isosurfaces, ray traced on\nthe CPU, or exact: no step size, "
-                 "right to 1e-10, on the CPU"},
+         .help =
+             "raycast (default), slices: planes, blended, isotrace:\nisosurfaces, ray traced on the CPU, or "
+             "exact: no step\nsize, right to 1e-10, on the CPU"},
+        TOOL_SLICES_OPTIONS(&r.slices),
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
         {"emission", .value = "HOW", .parse = tool_parse_choice, .target = &r.emission,
          .given = &r.has_emission, .limits = {.choices = emissions},
-         .help =
-             "exact: colour scaled by extinction (default), or\nindependent of it, so much a unit of length"},
+         .help = "slices, exact: colour scaled by extinction (default), or\nindependent of it, so much a "
+                 "unit of length"},
         {"clip", .value = "A,B,C,D", .parse = tool_parse_list, .target = &r.clip,
-         .help = "exact: keep A x + B y + C z >= D, in mm; up to 6 times"},
+         .help = "slices, exact: keep A x + B y + C z >= D, in mm; up to 6\ntimes"},
         {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit, .given = &r.has_camera,
          .help = "azimuth and elevation in degrees (default 0,0: from\nthe front)"},
         {"eye", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.eye, .given = &r.has_eye,
@@ -466,6 +475,7 @@ int cmd_render(int argc, char **argv)
     r.scene.height = size[1];
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
+    r.quality.slices = tool_slices_quality(&r.slices, r.has_step);
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
     r.renderer.context = (enum vr_context_kind)r.context;

@@ -41,7 +41,24 @@ extern const struct vr_scene vr_scene_defaults;
 /* Methods on the GPU, drawn by vr_render. */
 enum vr_method {
     VR_METHOD_RAYCAST, /* Krueger and Westermann 2003; Scharsach 2005 */
+    VR_METHOD_SLICES,  /* Wilson, Van Gelder and Wilhelms 1994 */
     VR_METHODS
+};
+
+enum vr_interpolation { VR_INTERPOLATION_TRILINEAR, VR_INTERPOLATION_POINT /* the nearest voxel's value */ };
+/* What is blended into: 8 normalised bits, or floating point. */
+enum vr_framebuffer { VR_FRAMEBUFFER_8, VR_FRAMEBUFFER_16F, VR_FRAMEBUFFER_32F };
+
+/* As many planes as make one a smallest voxel edge (Wilson et al., section 2.2.4: for voxels that are not
+ * cubes the paper takes the edge along z). */
+#define VR_PLANES_PAPER UINT32_MAX
+
+/* What slices alone have. */
+struct vr_slices {
+    uint32_t planes; /* over the length of the volume's diagonal; 0: one a step */
+    enum vr_interpolation interpolation;
+    enum vr_framebuffer framebuffer;
+    bool back_to_front; /* as in the paper; no ray ends early then */
 };
 
 /* How it is computed: speed against error. */
@@ -51,6 +68,7 @@ struct vr_quality {
     double termination;   /* a ray ends where its transmittance falls below; 0: never */
     bool skip;            /* jump over inactive bricks and macrocells */
     uint32_t refinements; /* bisections at an isosurface hit */
+    struct vr_slices slices;
 };
 extern const struct vr_quality vr_quality_defaults;
 
@@ -87,7 +105,10 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
  * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
- * sizes of the caches. No clip planes. */
+ * sizes of the caches. No clip planes.
+ *
+ * slices: planes of one depth each, blended brick by brick in batches that the cache holds; the same bytes
+ * for all sizes of the caches and bricks. No isosurfaces. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 
