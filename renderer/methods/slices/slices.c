@@ -25,7 +25,7 @@
 #include "stack.h"
 
 #define PART_EDGE       2048 /* of what is drawn in one go; a larger picture is drawn in parts */
-#define SLICES_A_STOP   64
+#define SLICES_A_STOP   32
 #define VERTICES_A_DRAW (1 << 18)
 
 /* Kept from picture to picture. */
@@ -48,6 +48,7 @@ struct sweep {
     struct slices *s;
     struct vr_frame *frame;
     const struct vr_stack *stack;
+    const struct vr_uniforms *uniforms;
     struct vr_picture *picture;
     struct vr_window window;
     const uint32_t *order;
@@ -241,6 +242,7 @@ static int draw_slices(struct sweep *w, struct brick_error *err)
         gl->EndQuery(GL_SAMPLES_PASSED);
         if (!result && w->stops && k + shell < count) {
             result = vr_picture_stop(w->picture, w->frame, termination, err);
+            gl->UseProgram(w->uniforms->program);
             w->begun = true;
         }
         gl->GetQueryObjectui64v(w->s->query, GL_QUERY_RESULT, &samples);
@@ -311,10 +313,10 @@ static void set_blending(const struct vr_frame *frame)
 }
 
 /* The part whose corner is at pixel x, y, w.window's size, into image. */
-static int draw_part(struct sweep *w, const struct vr_uniforms *u, int x, int y, struct brick_image *image,
-                     struct brick_error *err)
+static int draw_part(struct sweep *w, int x, int y, struct brick_image *image, struct brick_error *err)
 {
     struct vr_frame *frame = w->frame;
+    const struct vr_uniforms *u = w->uniforms;
     const struct vr_gl *gl = &frame->context->gl;
     const bool mip = frame->scene->mode == BRICK_MODE_MIP;
     const int width = (int)(w->window.high[0] - w->window.low[0]);
@@ -370,6 +372,7 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
     struct sweep w = {.s = s,
                       .frame = frame,
                       .stack = &stack,
+                      .uniforms = &u,
                       .picture = &picture,
                       .far_first = far_first,
                       .stops = quality->termination > 0.0 && !far_first && !mip,
@@ -396,7 +399,7 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
         for (int x = 0; !result && x < width; x += tw) {
             w.window = (struct vr_window){
                 {x, y}, {x + tw < width ? x + tw : width, y + th < height ? y + th : height}};
-            result = draw_part(&w, &u, x, y, image, err);
+            result = draw_part(&w, x, y, image, err);
         }
     vr_picture_finish(&picture, frame->context);
     frame->context->gl.UseProgram(0);
