@@ -37,8 +37,7 @@ int vr_renderer_create(struct vr_renderer **out, const struct brick_volume *volu
         (result = vr_context_create(&r->context, params->context, err)) ||
         (result = vr_context_bind(r->context, err)))
         goto fail;
-    result = vr_residency_create(&r->residency, r->context, volume, params->gpu_cache_bytes,
-                                 params->host_cache_bytes, r->pool, err);
+    result = vr_residency_create(&r->residency, r->context, volume, params, r->pool, err);
     vr_context_unbind(r->context);
     if (result)
         goto fail;
@@ -77,6 +76,8 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     const struct brick_grid *grid = brick_volume_grid(r->volume);
     if ((unsigned)quality->method >= VR_METHODS)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "method %d does not exist", (int)quality->method);
+    if (!methods[quality->method]->filters && vr_residency_atlas(r->residency)->filter == VR_FILTER_FAST)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method does not draw with the fast filter");
     if ((unsigned)scene->mode > BRICK_MODE_MIP)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "mode %d does not exist", (int)scene->mode);
     if (scene->mode != BRICK_MODE_ISO && !scene->transfer)

@@ -31,7 +31,7 @@ struct request {
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
     struct tool_slices slices;
-    int mode, method, context, field, emission;
+    int mode, method, context, field, emission, filter;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
@@ -44,7 +44,7 @@ static const char *const methods[] = {"raycast", "slices", "isotrace", "exact", 
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const emissions[] = {"scaled", "independent", NULL};
-static const char *const filters[] = {"exact", NULL};
+static const char *const filters[] = {"exact", "fast", NULL};
 
 /* -1, or the exit code of a usage error. */
 static int check_isotrace(const struct request *request)
@@ -107,6 +107,8 @@ static int check_request(const struct request *request)
                                           request->has_step, request->has_termination);
     if (wrong)
         return tool_misuse("render", "%s", wrong);
+    if (request->method >= VR_METHODS && request->filter == VR_FILTER_FAST)
+        return tool_misuse("render", "--filter fast goes with methods on the GPU");
     return check_isotrace(request);
 }
 
@@ -368,7 +370,7 @@ int cmd_render(int argc, char **argv)
         .up = {0, 0, 1},
     };
     uint32_t size[2] = {512, 512};
-    int filter = 0, first = 0;
+    int first = 0;
 
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "IMG", .parse = tool_parse_list, .target = &r.outputs,
@@ -431,8 +433,10 @@ int cmd_render(int argc, char **argv)
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
-        {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &filter,
-         .limits = {.choices = filters}, .help = "exact: trilinear in float32 by eight fetches"},
+        {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &r.filter,
+         .limits = {.choices = filters},
+         .help = "exact (default): trilinear in float32 by eight fetches, or\nfast: by the texture unit, "
+                 "fractions of 2^-12"},
         {"ambient", .value = "K", .parse = tool_parse_real, .target = &r.scene.ambient,
          .limits = {.min = 0, .max = 1e6}, .help = "shading (default 0.2)"},
         {"diffuse", .value = "K", .parse = tool_parse_real, .target = &r.scene.diffuse,
@@ -479,5 +483,6 @@ int cmd_render(int argc, char **argv)
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
     r.renderer.context = (enum vr_context_kind)r.context;
+    r.renderer.filter = (enum vr_filter)r.filter;
     return render(&r, argv[first]);
 }

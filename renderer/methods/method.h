@@ -12,6 +12,7 @@ struct vr_method_row {
     int (*draw)(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
                 struct brick_error *err);
     void (*finish)(void *state, struct vr_context *context); /* the context is bound */
+    bool filters;                                            /* draws from an atlas for VR_FILTER_FAST, too */
 };
 
 extern const struct vr_method_row vr_raycast, vr_slices;

@@ -89,19 +89,21 @@ struct vr_residency {
 };
 
 int vr_residency_create(struct vr_residency **out, struct vr_context *context,
-                        const struct brick_volume *volume, uint64_t gpu_bytes, uint64_t host_bytes,
+                        const struct brick_volume *volume, const struct vr_renderer_params *params,
                         struct brick_pool *pool, struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
+    /* No standard says what a sampler makes of NaN times 0. */
+    const enum vr_filter filter = brick_volume_stats(volume)->nonfinite ? VR_FILTER_EXACT : params->filter;
     int result;
     struct vr_residency *r = calloc(1, sizeof *r);
     *out = NULL;
     if (!r)
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the renderer");
     *r = (struct vr_residency){.context = context, .volume = volume, .pool = pool, .level = NO_LEVEL};
-    if ((result = brick_cache_create(&r->cache, volume, host_bytes, err)) ||
+    if ((result = brick_cache_create(&r->cache, volume, params->host_cache_bytes, err)) ||
         (result = brick_loader_create(&r->loader, r->cache, brick_pool_threads(pool), 0, err)) ||
-        (result = vr_atlas_init(&r->atlas, context, grid, gpu_bytes, err)) ||
+        (result = vr_atlas_init(&r->atlas, context, grid, filter, params->gpu_cache_bytes, err)) ||
         (result = vr_upload_init(&r->upload, context, &r->atlas, err)) ||
         (result = vr_macrocells_init(&r->macrocells, grid, r->atlas.count, err)))
         goto fail;
@@ -338,7 +340,7 @@ static int enter(struct vr_residency *r, uint32_t s, uint64_t id, const uint8_t 
     struct brick_place place;
     brick_grid_place(grid, id, &place);
     size_t bytes = brick_place_voxel_bytes(grid, &place);
-    int result = vr_upload_add(&r->upload, r->context, &r->atlas, s, place.stored, payload, bytes, err);
+    int result = vr_upload_add(&r->upload, r->context, &r->atlas, s, place.stored, payload, err);
     if (result)
         return result;
     vr_macrocells_set(&r->macrocells, s, grid, &place, payload + bytes);
@@ -484,7 +486,7 @@ void vr_residency_count(const struct vr_residency *r, struct vr_residency_counte
         .bricks_loaded = r->loaded,
         .bricks_read = now.loads - r->before.loads,
         .bytes_read = now.bytes_read - r->before.bytes_read,
-        .cache_bytes = r->atlas.count * r->atlas.slot_bytes,
+        .cache_bytes = r->atlas.bytes,
         .cache_peak_bytes = r->peak_slots * r->atlas.slot_bytes,
         .host_cache_peak_bytes = now.peak_bytes,
     };

@@ -26,7 +26,7 @@ struct vr_residency_counters {
 
 /* The context is bound in all of these; context, volume and pool outlive the residency. */
 int vr_residency_create(struct vr_residency **residency, struct vr_context *context,
-                        const struct brick_volume *volume, uint64_t gpu_bytes, uint64_t host_bytes,
+                        const struct brick_volume *volume, const struct vr_renderer_params *params,
                         struct brick_pool *pool, struct brick_error *err);
 void vr_residency_destroy(struct vr_residency **residency);
 

@@ -187,9 +187,9 @@ bool straddles(Fixed3 at, Block block)
     Cell c = cell_fetch(at.cell + block.offset);
     if (!cell_valid(c))
         return false;
-    vec4 low4 = min(c.low * value_sign, c.high * value_sign), high4 = max(c.low * value_sign, c.high * value_sign);
-    float low = min(min(low4.x, low4.y), min(low4.z, low4.w));
-    float high = max(max(high4.x, high4.y), max(high4.z, high4.w));
+    float a, b;
+    cell_range(c, a, b);
+    float low = min(a * value_sign, b * value_sign), high = max(a * value_sign, b * value_sign);
     float slack = low == high ? 0.0 : max(abs(low), abs(high)) * 4.8e-7;
     return low - slack < isovalue && high + slack >= isovalue;
 }

@@ -87,8 +87,17 @@ struct vr_report {
 /* A context with a current-thread OpenGL and the GPU caches of one volume. One thread at a time. */
 struct vr_renderer;
 
+/* How values between voxels are found. Either way the picture has the same bytes for all sizes of the caches
+ * and bricks, but those of the second depend on the driver's sampler. */
+enum vr_filter {
+    VR_FILTER_EXACT, /* eight fetches, interpolated in float32 */
+    VR_FILTER_FAST   /* the texture unit's filter, at the fraction rounded to 2^-12; volumes with voxels that
+                        are   not finite are drawn as with VR_FILTER_EXACT */
+};
+
 struct vr_renderer_params {
     enum vr_context_kind context;
+    enum vr_filter filter; /* it decides how the GPU cache holds bricks, so it is the renderer's */
     uint64_t gpu_cache_bytes;
     uint64_t host_cache_bytes; /* of decoded bricks */
     unsigned threads;          /* 0: one a core */
