@@ -4,12 +4,9 @@
  * level, or NO_SLOT, and the two agree; page[b] is what the GPU's table holds, or will at the end of the
  * call, unless `stale`. A brick that did not get into the texture, because of an error, is not in the map.
  *
- * Which brick comes and goes when: depths of bricks ascend along every ray (depth.h). Hence no ray will need
- * a brick that is nearer than the nearest brick that some ray waits for; and that one is needed now for the
- * last time. So bricks come nearest first, whether a ray waits for them or only asks ahead: a front that
- * sweeps the volume once, and few bricks come twice. (With bricks that are waited for before all others,
- * translucent volumes take a third more uploads: docs/performance.md.) Bricks behind the front go first,
- * least recently used ones before others; after them the farthest, which are needed last. */
+ * Bricks come nearest first, whether a ray waits for them or only asks ahead (victims.h says why that is
+ * right): a front that sweeps the volume once, and few bricks come twice. With bricks that are waited for
+ * before all others, translucent volumes take a third more uploads (docs/performance.md). */
 #include "residency.h"
 
 #include <stdlib.h>
@@ -18,9 +15,11 @@
 #include <brick/cache.h>
 #include <brick/checked.h>
 
+#include "classified.h"
 #include "depth.h"
 #include "page_table.h"
 #include "upload.h"
+#include "victims.h"
 #include "wants.h"
 
 #define NO_BRICK UINT64_MAX
@@ -33,38 +32,22 @@ struct slot {
     uint64_t classified; /* the classification its macrocell bits are of; 0: none */
 };
 
-/* What macrocell bits depend on, kept to see whether it changed. */
-struct classification {
-    uint64_t number;
-    enum brick_mode mode;
-    double isovalue;
-    enum brick_emission emission;
-    struct brick_transfer_knot *knots;
-    size_t count;
-};
-
-enum worth { WORTH_NOTHING, WORTH_PAST, WORTH_FUTURE };
-
-struct victim {
-    enum worth worth;
-    uint64_t used;
-    double distance; /* WORTH_FUTURE */
-    uint32_t slot;
-};
-
 struct vr_residency {
     struct vr_context *context;
     const struct brick_volume *volume;
     struct brick_pool *pool;
     struct brick_cache *cache;
     struct brick_loader *loader;
+    uint64_t gpu_bytes;
+    enum vr_filter filter;
+    uint64_t texels_number; /* of what slots hold in place of voxels */
     struct vr_atlas atlas;
     struct vr_upload upload;
     struct vr_macrocells macrocells;
     struct vr_buffer pages;
     struct slot *slots;
     uint64_t used_slots, peak_slots, pass;
-    struct classification classification;
+    struct vr_classified classified;
 
     uint32_t level; /* of the arrays below */
     uint64_t bricks;
@@ -82,29 +65,44 @@ struct vr_residency {
 
     /* Of one pass; room for one a slot (changed_pages: two) but for wants, which grow. */
     struct vr_wants wants;
-    struct victim *victims;
+    struct vr_victim *victims;
     uint64_t *ids;
     uint32_t *changed_pages, *changed_slots;
     size_t changed_page_count, changed_slot_count;
 };
 
-int vr_residency_create(struct vr_residency **out, struct vr_context *context,
-                        const struct brick_volume *volume, const struct vr_renderer_params *params,
-                        struct brick_pool *pool, struct brick_error *err)
+static void empty_slots(struct vr_residency *r)
 {
-    const struct brick_grid *grid = brick_volume_grid(volume);
-    /* No standard says what a sampler makes of NaN times 0. */
-    const enum vr_filter filter = brick_volume_stats(volume)->nonfinite ? VR_FILTER_EXACT : params->filter;
-    int result;
-    struct vr_residency *r = calloc(1, sizeof *r);
-    *out = NULL;
-    if (!r)
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the renderer");
-    *r = (struct vr_residency){.context = context, .volume = volume, .pool = pool, .level = NO_LEVEL};
-    if ((result = brick_cache_create(&r->cache, volume, params->host_cache_bytes, err)) ||
-        (result = brick_loader_create(&r->loader, r->cache, brick_pool_threads(pool), 0, err)) ||
-        (result = vr_atlas_init(&r->atlas, context, grid, filter, params->gpu_cache_bytes, err)) ||
-        (result = vr_upload_init(&r->upload, context, &r->atlas, err)) ||
+    for (size_t s = 0; s < r->atlas.count; s++)
+        r->slots[s] = (struct slot){.id = NO_BRICK};
+    for (uint64_t b = 0; r->level != NO_LEVEL && b < r->bricks; b++)
+        r->slot_of[b] = NO_SLOT;
+    r->used_slots = r->peak_slots = 0;
+    r->stale = true;
+}
+
+static void drop_slots(struct vr_residency *r)
+{
+    vr_macrocells_finish(&r->macrocells, r->context);
+    vr_upload_finish(&r->upload, r->context);
+    vr_atlas_finish(&r->atlas, r->context);
+    free(r->slots);
+    free(r->victims);
+    free(r->ids);
+    free(r->changed_pages);
+    free(r->changed_slots);
+    r->slots = NULL;
+    r->victims = NULL;
+    r->ids = NULL;
+    r->changed_pages = r->changed_slots = NULL;
+}
+
+/* The atlas and what goes with its slots, within the budget. */
+static int make_slots(struct vr_residency *r, const struct vr_texels *texels, struct brick_error *err)
+{
+    const struct brick_grid *grid = brick_volume_grid(r->volume);
+    int result = vr_atlas_init(&r->atlas, r->context, grid, r->filter, texels, r->gpu_bytes, err);
+    if (result || (result = vr_upload_init(&r->upload, r->context, &r->atlas, err)) ||
         (result = vr_macrocells_init(&r->macrocells, grid, r->atlas.count, err)))
         goto fail;
     size_t n = r->atlas.count;
@@ -117,12 +115,57 @@ int vr_residency_create(struct vr_residency **out, struct vr_context *context,
         result = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a GPU cache of %zu bricks", n);
         goto fail;
     }
-    for (size_t s = 0; s < n; s++)
-        r->slots[s] = (struct slot){.id = NO_BRICK};
-    *out = r;
+    empty_slots(r);
     return BRICK_OK;
 fail:
-    vr_residency_destroy(&r);
+    drop_slots(r);
+    return result;
+}
+
+int vr_residency_create(struct vr_residency **out, struct vr_context *context,
+                        const struct brick_volume *volume, const struct vr_renderer_params *params,
+                        struct brick_pool *pool, struct brick_error *err)
+{
+    int result;
+    struct vr_residency *r = calloc(1, sizeof *r);
+    *out = NULL;
+    if (!r)
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the renderer");
+    *r = (struct vr_residency){.context = context, .volume = volume, .pool = pool, .level = NO_LEVEL};
+    /* No standard says what a sampler makes of NaN times 0. */
+    r->filter = brick_volume_stats(volume)->nonfinite ? VR_FILTER_EXACT : params->filter;
+    r->gpu_bytes = params->gpu_cache_bytes;
+    if ((result = brick_cache_create(&r->cache, volume, params->host_cache_bytes, err)) ||
+        (result = brick_loader_create(&r->loader, r->cache, brick_pool_threads(pool), 0, err)) ||
+        (result = make_slots(r, NULL, err))) {
+        vr_residency_destroy(&r);
+        return result;
+    }
+    *out = r;
+    return BRICK_OK;
+}
+
+int vr_residency_set_texels(struct vr_residency *r, const struct vr_texels *texels, struct brick_error *err)
+{
+    const struct vr_texels *before = r->atlas.texels;
+    const uint64_t number = texels ? texels->number : 0;
+    const bool another = number != r->texels_number;
+    bool same_layout = !texels && !before;
+    if (texels && before)
+        same_layout = texels->voxels.internal == before->voxels.internal;
+    r->texels_number = number;
+    r->atlas.texels = texels;
+    if (same_layout && r->atlas.count) {
+        if (another)
+            empty_slots(r);
+        return BRICK_OK;
+    }
+    drop_slots(r);
+    int result = make_slots(r, texels, err);
+    if (result) {
+        r->texels_number = 0;
+        make_slots(r, NULL, NULL); /* or else next time */
+    }
     return result;
 }
 
@@ -134,17 +177,10 @@ void vr_residency_destroy(struct vr_residency **residency)
     brick_loader_destroy(&r->loader);
     brick_cache_destroy(&r->cache);
     vr_buffer_finish(&r->pages, r->context);
-    vr_macrocells_finish(&r->macrocells, r->context);
-    vr_upload_finish(&r->upload, r->context);
-    vr_atlas_finish(&r->atlas, r->context);
-    free(r->slots);
-    free(r->victims);
-    free(r->ids);
-    free(r->changed_pages);
-    free(r->changed_slots);
+    drop_slots(r);
     vr_wants_finish(&r->wants);
     free(r->order);
-    free(r->classification.knots);
+    vr_classified_finish(&r->classified);
     free(r->slot_of);
     free(r->page);
     free(r->state);
@@ -185,32 +221,6 @@ static int set_level(struct vr_residency *r, uint32_t level, struct brick_error 
     return BRICK_OK;
 }
 
-static bool same_classification(const struct classification *c, const struct brick_active_query *q)
-{
-    size_t count = q->transfer && q->mode != BRICK_MODE_ISO ? q->transfer->count : 0;
-    return c->number && c->mode == q->mode && (q->mode != BRICK_MODE_ISO || c->isovalue == q->isovalue) &&
-           c->count == count && (!count || c->emission == q->transfer->emission) &&
-           (!count || !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots));
-}
-
-static int set_classification(struct vr_residency *r, const struct brick_active_query *q,
-                              struct brick_error *err)
-{
-    struct classification *c = &r->classification;
-    size_t count = q->transfer && q->mode != BRICK_MODE_ISO ? q->transfer->count : 0;
-    if (same_classification(c, q))
-        return BRICK_OK;
-    struct brick_transfer_knot *knots = count ? malloc(count * sizeof *knots) : NULL;
-    if (count && !knots)
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a transfer function of %zu knots", count);
-    if (count)
-        memcpy(knots, q->transfer->knots, count * sizeof *knots);
-    free(c->knots);
-    enum brick_emission emission = count ? q->transfer->emission : BRICK_EMISSION_SCALED;
-    *c = (struct classification){c->number + 1, q->mode, q->isovalue, emission, knots, count};
-    return BRICK_OK;
-}
-
 /* The brick's number in the table's level; `bricks` or more: of another one. */
 static uint64_t brick_in(const struct vr_residency *r, uint32_t slot)
 {
@@ -227,14 +237,14 @@ static void classify(struct vr_residency *r, uint32_t s)
 {
     vr_macrocells_classify(&r->macrocells, s, brick_volume_grid(r->volume), &r->query,
                            r->state[brick_in(r, s)] == BRICK_STATE_WHOLE);
-    r->slots[s].classified = r->classification.number;
+    r->slots[s].classified = r->classified.number;
 }
 
 static int classify_job(void *context, uint64_t item, unsigned worker, struct brick_error *err)
 {
     struct vr_residency *r = context;
     (void)worker, (void)err;
-    if (needed_by_picture(r, (uint32_t)item) && r->slots[item].classified != r->classification.number)
+    if (needed_by_picture(r, (uint32_t)item) && r->slots[item].classified != r->classified.number)
         classify(r, (uint32_t)item);
     return BRICK_OK;
 }
@@ -254,17 +264,18 @@ static void set_page(struct vr_residency *r, uint64_t b)
 int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *query,
                        const struct brick_camera *camera, struct brick_error *err)
 {
-    uint64_t classification = r->classification.number;
+    uint64_t classification = r->classified.number;
     uint32_t level = r->level;
     int result;
 
-    if ((result = set_level(r, query->level, err)) || (result = set_classification(r, query, err)))
+    if ((result = set_level(r, query->level, err)) ||
+        (result = vr_classified_set(&r->classified, query, err)))
         return result;
     r->query = *query;
     vr_depth_init(&r->depth, brick_volume_grid(r->volume), query->level, camera);
     r->loaded = 0;
     brick_cache_count(r->cache, &r->before);
-    if (!r->stale && level == r->level && classification == r->classification.number)
+    if (!r->stale && level == r->level && classification == r->classified.number)
         return BRICK_OK;
     r->stale = true;
     r->active = brick_active_set(r->volume, query, r->state);
@@ -286,18 +297,6 @@ static double distance_of(const struct vr_residency *r, uint64_t b, bool far_fir
     return far_first ? -depth : depth;
 }
 
-static int better_victim(const void *a, const void *b)
-{
-    const struct victim *p = a, *q = b;
-    if (p->worth != q->worth)
-        return p->worth < q->worth ? -1 : 1;
-    if (p->worth == WORTH_FUTURE && p->distance != q->distance)
-        return p->distance > q->distance ? -1 : 1;
-    if (p->used != q->used)
-        return p->used < q->used ? -1 : 1;
-    return (p->slot > q->slot) - (p->slot < q->slot);
-}
-
 /* Slots that this pass does not want, those that go first in front. front: distance of the first brick that
  * this pass wants; distances are depths, or for a sweep towards the eye their negatives. */
 static void find_victims(struct vr_residency *r, double front, bool far_first)
@@ -306,16 +305,16 @@ static void find_victims(struct vr_residency *r, double front, bool far_first)
     for (uint32_t s = 0; s < r->atlas.count; s++) {
         if (r->slots[s].used == r->pass)
             continue;
-        struct victim v = {WORTH_PAST, r->slots[s].used, 0.0, s};
+        struct vr_victim v = {VR_WORTH_PAST, r->slots[s].used, 0.0, s};
         if (r->slots[s].id == NO_BRICK) {
-            v.worth = WORTH_NOTHING;
+            v.worth = VR_WORTH_NOTHING;
         } else if (needed_by_picture(r, s)) {
             v.distance = distance_of(r, brick_in(r, s), far_first);
-            v.worth = v.distance < front ? WORTH_PAST : WORTH_FUTURE;
+            v.worth = v.distance < front ? VR_WORTH_PAST : VR_WORTH_FUTURE;
         }
         r->victims[n++] = v;
     }
-    qsort(r->victims, n, sizeof *r->victims, better_victim);
+    vr_victims_sort(r->victims, n);
 }
 
 static void evict(struct vr_residency *r, uint32_t s)
@@ -421,9 +420,9 @@ int vr_residency_bring(struct vr_residency *r, const struct vr_feedback *feedbac
     find_victims(r, front, false);
     for (size_t i = 0; i < missing; i++) {
         const struct vr_want *w = &r->wants.item[i];
-        const struct victim *v = &r->victims[n];
+        const struct vr_victim *v = &r->victims[n];
         /* What comes next does not push out what is nearer. */
-        if (w->needed || v->worth != WORTH_FUTURE || v->distance > w->distance)
+        if (w->needed || v->worth != VR_WORTH_FUTURE || v->distance > w->distance)
             r->ids[n++] = first + w->brick;
     }
     return load(r, n, err);

@@ -419,4 +419,5 @@ static void finish(void *state, struct vr_context *context)
     free(s->shell);
 }
 
-const struct vr_method_row vr_slices = {sizeof(struct slices), draw, finish};
+const struct vr_method_row vr_slices = {
+    .state_bytes = sizeof(struct slices), .draw = draw, .finish = finish, .filters = true};
