@@ -106,6 +106,7 @@ static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, con
     struct vr_residency_counters counters;
     struct vr_report drawn = {0};
     const struct vr_method_row *method = methods[quality->method];
+    const struct vr_texels *texels = NULL;
     struct vr_frame frame = {
         .context = r->context, .store = &r->store, .volume = r->volume, .residency = r->residency};
     uint64_t start_ns = brick_now_ns();
@@ -113,6 +114,10 @@ static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, con
     if (!*state && !(*state = calloc(1, method->state_bytes)))
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a method's state");
     int result = vr_frame_init(&frame, scene, quality, err);
+    if (!result && method->texels)
+        result = method->texels(*state, &frame, &texels, err);
+    if (!result)
+        result = vr_residency_set_texels(r->residency, texels, err);
     if (!result)
         result = vr_residency_begin(r->residency, &query, &scene->camera, err);
     if (!result)

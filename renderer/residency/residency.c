@@ -13,7 +13,6 @@
 #include <string.h>
 
 #include <brick/cache.h>
-#include <brick/checked.h>
 
 #include "classified.h"
 #include "depth.h"
@@ -48,7 +47,6 @@ struct vr_residency {
     struct slot *slots;
     uint64_t used_slots, peak_slots, pass;
     struct vr_classified classified;
-
     uint32_t level; /* of the arrays below */
     uint64_t bricks;
     uint32_t *slot_of, *page;
@@ -60,7 +58,6 @@ struct vr_residency {
     struct vr_depth depth;
     uint64_t active, loaded;
     struct brick_cache_counters before;
-
     uint32_t *order; /* NULL until asked for */
 
     /* Of one pass; room for one a slot (changed_pages: two) but for wants, which grow. */
@@ -86,15 +83,10 @@ static void drop_slots(struct vr_residency *r)
     vr_macrocells_finish(&r->macrocells, r->context);
     vr_upload_finish(&r->upload, r->context);
     vr_atlas_finish(&r->atlas, r->context);
-    free(r->slots);
-    free(r->victims);
-    free(r->ids);
-    free(r->changed_pages);
-    free(r->changed_slots);
-    r->slots = NULL;
-    r->victims = NULL;
-    r->ids = NULL;
-    r->changed_pages = r->changed_slots = NULL;
+    free(r->slots), r->slots = NULL;
+    free(r->victims), r->victims = NULL;
+    free(r->ids), r->ids = NULL;
+    free(r->changed_pages), r->changed_pages = NULL;
 }
 
 /* The atlas and what goes with its slots, within the budget. */
@@ -109,12 +101,12 @@ static int make_slots(struct vr_residency *r, const struct vr_texels *texels, st
     r->slots = malloc(n * sizeof *r->slots);
     r->victims = malloc(n * sizeof *r->victims);
     r->ids = malloc(n * sizeof *r->ids);
-    r->changed_pages = malloc(2 * n * sizeof *r->changed_pages);
-    r->changed_slots = malloc(n * sizeof *r->changed_slots);
-    if (!r->slots || !r->victims || !r->ids || !r->changed_pages || !r->changed_slots) {
+    r->changed_pages = malloc(3 * n * sizeof *r->changed_pages);
+    if (!r->slots || !r->victims || !r->ids || !r->changed_pages) {
         result = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a GPU cache of %zu bricks", n);
         goto fail;
     }
+    r->changed_slots = r->changed_pages + 2 * n;
     empty_slots(r);
     return BRICK_OK;
 fail:

@@ -58,7 +58,14 @@ struct vr_slices {
     uint32_t planes; /* over the length of the volume's diagonal; 0: one a step */
     enum vr_interpolation interpolation;
     enum vr_framebuffer framebuffer;
+    uint32_t classified_bits; /* of each channel of pre-classified voxels: 8, 16 or 32 (floating point) */
     bool back_to_front; /* as in the paper; no ray ends early then */
+};
+
+/* Where along the way from voxels to a colour the transfer function comes. */
+enum vr_classification {
+    VR_CLASSIFY_POST, /* of the field's value at each sample */
+    VR_CLASSIFY_PRE   /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
 };
 
 /* How it is computed: speed against error. */
@@ -68,6 +75,7 @@ struct vr_quality {
     double termination;   /* a ray ends where its transmittance falls below; 0: never */
     bool skip;            /* jump over inactive bricks and macrocells */
     uint32_t refinements; /* bisections at an isosurface hit */
+    enum vr_classification classification;
     struct vr_slices slices;
 };
 extern const struct vr_quality vr_quality_defaults;
@@ -117,7 +125,8 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * sizes of the caches. No clip planes.
  *
  * slices: planes of one depth each, blended brick by brick in batches that the cache holds; the same bytes
- * for all sizes of the caches and bricks. No isosurfaces. */
+ * for all sizes of the caches and bricks. No isosurfaces. Pre-classified voxels go with dvr; the GPU's cache
+ * then holds colours, four channels a voxel. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 
