@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include <brick/threads.h>
-#include <cjson/cJSON.h>
 #include <formats/formats.h>
 #include <renderer/renderer.h>
 
@@ -13,6 +12,7 @@
 #include "command.h"
 #include "message.h"
 #include "options.h"
+#include "render_report.h"
 #include "slices_options.h"
 #include "transfer.h"
 
@@ -31,20 +31,21 @@ struct request {
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
     struct tool_slices slices;
-    int mode, method, context, field, emission, filter;
+    int mode, method, context, field, emission, filter, classification;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_emission, has_opacity, no_skip, json, quiet;
+    bool has_emission, has_opacity, has_classification, no_skip, json, quiet;
 };
 
-/* Mode, method, field, emission and context are in the order of their enums. */
+/* Mode, method, field, emission, classification and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "slices", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const emissions[] = {"scaled", "independent", NULL};
 static const char *const filters[] = {"exact", "fast", NULL};
+static const char *const classifications[] = {"post", "pre", "preintegrated", NULL};
 
 /* -1, or the exit code of a usage error. */
 static int check_isotrace(const struct request *request)
@@ -64,6 +65,22 @@ static int check_isotrace(const struct request *request)
         return tool_misuse("render", "--method isotrace has no --step or --refinements");
     if (request->has_cache || request->has_context)
         return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
+    return -1;
+}
+
+/* -1, or the exit code of a usage error. */
+static int check_classification(const struct request *request)
+{
+    if (request->has_classification && request->method >= VR_METHODS)
+        return tool_misuse("render", "--classification goes with the methods on the GPU");
+    if (request->classification == VR_CLASSIFY_PRE &&
+        (request->method != VR_METHOD_SLICES || request->mode != BRICK_MODE_DVR))
+        return tool_misuse("render", "--classification pre goes with --method slices and --mode dvr");
+    if (request->slices.has_bits && request->classification != VR_CLASSIFY_PRE)
+        return tool_misuse("render", "--classified-bits goes with --classification pre");
+    if (request->classification == VR_CLASSIFY_PREINTEGRATED && request->mode != BRICK_MODE_DVR &&
+        request->mode != BRICK_MODE_SHADED)
+        return tool_misuse("render", "--classification preintegrated goes with --mode dvr or shaded");
     return -1;
 }
 
@@ -109,7 +126,8 @@ static int check_request(const struct request *request)
         return tool_misuse("render", "%s", wrong);
     if (request->method >= VR_METHODS && request->filter == VR_FILTER_FAST)
         return tool_misuse("render", "--filter fast goes with methods on the GPU");
-    return check_isotrace(request);
+    int code = check_classification(request);
+    return code < 0 ? check_isotrace(request) : code;
 }
 
 static int place_cameras(const struct request *request, const struct brick_grid *grid,
@@ -262,66 +280,6 @@ static int make_frames(const struct request *request, const struct brick_volume 
     return code;
 }
 
-/* What is counted, over all frames; what is a state, of the last; seconds_frame: of a frame, on average. */
-static struct vr_report sum_reports(const struct vr_report *reports, size_t count)
-{
-    struct vr_report sum = reports[count - 1];
-    for (size_t i = 0; i + 1 < count; i++) {
-        sum.passes += reports[i].passes;
-        sum.bricks_loaded += reports[i].bricks_loaded;
-        sum.bricks_read += reports[i].bricks_read;
-        sum.bytes_read += reports[i].bytes_read;
-        sum.samples += reports[i].samples;
-        sum.seconds_frame += reports[i].seconds_frame;
-    }
-    sum.seconds_frame /= (double)count;
-    return sum;
-}
-
-/* What a frame and a film have in common. */
-static void add_counts(cJSON *json, const struct vr_report *report)
-{
-    cJSON_AddNumberToObject(json, "seconds_frame", report->seconds_frame);
-    cJSON_AddNumberToObject(json, "passes", (double)report->passes);
-    cJSON_AddNumberToObject(json, "bricks_loaded", (double)report->bricks_loaded);
-    cJSON_AddNumberToObject(json, "bricks_read", (double)report->bricks_read);
-    cJSON_AddNumberToObject(json, "bytes_read", (double)report->bytes_read);
-    cJSON_AddNumberToObject(json, "samples", (double)report->samples);
-}
-
-static int print_json(const struct vr_report *reports, size_t count, double seconds)
-{
-    const struct vr_report sum = sum_reports(reports, count);
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddNumberToObject(json, "seconds_total", seconds);
-    add_counts(json, &sum);
-    cJSON_AddNumberToObject(json, "bricks_total", (double)sum.bricks_total);
-    cJSON_AddNumberToObject(json, "bricks_active", (double)sum.bricks_active);
-    cJSON_AddNumberToObject(json, "gpu_cache_bytes", (double)sum.gpu_cache_bytes);
-    cJSON_AddNumberToObject(json, "gpu_cache_peak_bytes", (double)sum.gpu_cache_peak_bytes);
-    cJSON_AddNumberToObject(json, "host_cache_peak_bytes", (double)sum.host_cache_peak_bytes);
-    cJSON_AddStringToObject(json, "gl_renderer", sum.gl_renderer);
-    cJSON_AddNumberToObject(json, "peak_rss_bytes", (double)brick_peak_rss_bytes());
-    cJSON *frames = cJSON_AddArrayToObject(json, "frames");
-    for (size_t i = 0; frames && i < count; i++) {
-        cJSON *frame = cJSON_CreateObject();
-        if (frame)
-            add_counts(frame, &reports[i]);
-        cJSON_AddItemToArray(frames, frame);
-    }
-    return tool_json_print("render", json);
-}
-
-static void print_summary(const struct request *request, const struct vr_report *reports, size_t count,
-                          double seconds)
-{
-    const struct vr_report sum = sum_reports(reports, count);
-    fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s\n",
-            request->outputs.item[0], modes[request->mode], (unsigned long long)sum.bricks_active,
-            (unsigned long long)sum.bricks_total, sum.seconds_frame, seconds, sum.gl_renderer[0] ? ", " : "",
-            sum.gl_renderer);
-}
-
 static int render(const struct request *request, const char *path)
 {
     struct brick_volume *volume = NULL;
@@ -348,9 +306,10 @@ static int render(const struct request *request, const char *path)
         code = tool_fail("render", &err);
     } else {
         if (!request->quiet)
-            print_summary(request, reports, cameras.count, seconds);
+            tool_render_summary(request->outputs.item[0], modes[request->mode], reports, cameras.count,
+                                seconds);
         if (request->json)
-            code = print_json(reports, cameras.count, seconds);
+            code = tool_render_json(reports, cameras.count, seconds);
     }
     free(reports);
     tool_cameras_finish(&cameras);
@@ -430,6 +389,11 @@ int cmd_render(int argc, char **argv)
         {"termination", .value = "T", .parse = tool_parse_real, .target = &r.quality.termination,
          .given = &r.has_termination, .limits = {.min = 0, .max = 1},
          .help = "end a ray when less than T gets through (default 1e-4)"},
+        {"classification", .value = "WHEN", .parse = tool_parse_choice, .target = &r.classification,
+         .given = &r.has_classification, .limits = {.choices = classifications},
+         .help = "post (default): the value at each sample; preintegrated:\nall values between two samples, "
+                 "steps up to a "
+                 "voxel"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
@@ -480,6 +444,7 @@ int cmd_render(int argc, char **argv)
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
     r.quality.slices = tool_slices_quality(&r.slices, r.has_step);
+    r.quality.classification = (enum vr_classification)r.classification;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
     r.renderer.context = (enum vr_context_kind)r.context;

@@ -8,16 +8,17 @@
 
 struct tool_slices {
     uint32_t planes;
-    int interpolation, framebuffer, order;
-    bool has_planes, has_interpolation, has_framebuffer, has_order;
+    int interpolation, framebuffer, order, bits;
+    bool has_planes, has_interpolation, has_framebuffer, has_order, has_bits;
 };
 
 /* In the order of their enums. */
-extern const char *const tool_interpolations[], *const tool_framebuffers[], *const tool_slice_orders[];
+extern const char *const tool_interpolations[], *const tool_framebuffers[], *const tool_slice_orders[],
+                                                                                *const tool_classified_bits[];
 
 #define TOOL_SLICES_DEFAULTS                                                                                 \
     {                                                                                                        \
-        .framebuffer = VR_FRAMEBUFFER_32F                                                                    \
+        .framebuffer = VR_FRAMEBUFFER_32F, .bits = 2 /* 32 */                                                \
     }
 
 /* Rows of a table of options; slices: a struct tool_slices. */
@@ -44,6 +45,13 @@ extern const char *const tool_interpolations[], *const tool_framebuffers[], *con
          .given = &(slices)->has_framebuffer,                                                                \
          .limits = {.choices = tool_framebuffers},                                                           \
          .help = "slices: blend in 8 bits, 16f or 32f (default)"},                                           \
+        {"classified-bits",                                                                                  \
+         .value = "BITS",                                                                                    \
+         .parse = tool_parse_choice,                                                                         \
+         .target = &(slices)->bits,                                                                          \
+         .given = &(slices)->has_bits,                                                                       \
+         .limits = {.choices = tool_classified_bits},                                                        \
+         .help = "slices, classification pre: 8, 16 or 32 (default)\nbits a channel"},                       \
     {                                                                                                        \
         "order", .value = "WAY", .parse = tool_parse_choice, .target = &(slices)->order,                     \
                  .given = &(slices)->has_order, .limits = {.choices = tool_slice_orders},                    \

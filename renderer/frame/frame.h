@@ -4,17 +4,25 @@
 #ifndef RENDERER_FRAME_FRAME_H
 #define RENDERER_FRAME_FRAME_H
 
+#include "prefixes.h"
 #include "programs.h"
 #include "residency.h"
-#include "transfer_table.h"
 
 /* Texture units that all methods use alike; a method's own begin at VR_UNIT_METHOD. */
-enum { VR_UNIT_ATLAS, VR_UNIT_PAGES, VR_UNIT_MACROCELLS, VR_UNIT_PIECES, VR_UNIT_BINS, VR_UNIT_METHOD };
+enum {
+    VR_UNIT_ATLAS,
+    VR_UNIT_PAGES,
+    VR_UNIT_MACROCELLS,
+    VR_UNIT_PIECES,
+    VR_UNIT_BINS,
+    VR_UNIT_PREFIXES,
+    VR_UNIT_METHOD
+};
 
 /* What stays from picture to picture, whatever the method. One of zeros is empty. */
 struct vr_frame_store {
     struct vr_programs programs;
-    struct vr_buffer pieces, bins; /* of the transfer function */
+    struct vr_buffer pieces, bins, prefixes; /* of the transfer function */
 };
 
 struct vr_frame {
@@ -29,18 +37,21 @@ struct vr_frame {
     struct brick_view view;
     double step_mm;
     struct vr_transfer_table table; /* of one search step and nothing else for iso */
+    struct vr_prefix *prefixes;     /* NULL unless classification is pre-integrated */
 };
 
 void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *context);
 
 /* All of a frame but context, store, volume and residency, which are given. BRICK_ERR_ARGUMENT and
- * _UNSUPPORTED where samples or voxels cannot be counted. */
+ * _UNSUPPORTED where samples or voxels cannot be counted, and for pre-integrated classification of what it
+ * does not do. */
 int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const struct vr_quality *quality,
                   struct brick_error *err);
 void vr_frame_finish(struct vr_frame *frame);
 
 /* What the shared shader parts need defined: MODE and its values, VOXEL_SAMPLER, SEARCH_STEPS, and where they
- * hold SKIP, NONFINITE, FILTER_FAST and VOXEL_NORMALISED. Returns the number of bytes written. */
+ * hold SKIP, NONFINITE, PREINTEGRATED, FILTER_FAST and VOXEL_NORMALISED. Returns the number of bytes
+ * written. */
 #define VR_FRAME_DEFINES_BYTES 512
 size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFINES_BYTES]);
 
@@ -64,7 +75,7 @@ void vr_frame_set_rays(const struct vr_frame *frame, const struct vr_uniforms *u
 void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *u);
 /* shaders/shading.glsl */
 void vr_frame_set_shading(const struct vr_frame *frame, const struct vr_uniforms *u);
-/* shaders/transfer.glsl, and its arrays in their units; not for iso. */
+/* shaders/transfer.glsl and shaders/preintegrated.glsl, and their arrays in their units; not for iso. */
 int vr_frame_set_transfer(const struct vr_frame *frame, const struct vr_uniforms *u, struct brick_error *err);
 
 #endif

@@ -339,6 +339,9 @@ static int enter(struct vr_residency *r, uint32_t s, uint64_t id, const uint8_t 
     r->slot_of[b] = s;
     if (++r->used_slots > r->peak_slots)
         r->peak_slots = r->used_slots;
+    /* A ray may ask for a brick in which nothing is visible, for a gradient at its edge. */
+    if (r->state[b] < BRICK_STATE_ACTIVE)
+        r->state[b] = BRICK_STATE_ACTIVE;
     classify(r, s);
     set_page(r, b);
     r->changed_pages[r->changed_page_count++] = (uint32_t)b;

@@ -30,10 +30,14 @@ uniform float voxel_grains;              /* a unit of the stored value */
 struct Block {
     bool live;    /* samples are to be fetched */
     bool missing; /* they would be, but the brick is not in the atlas */
+    bool wanted;  /* the brick is resident or missing, whatever the macrocell */
     bool above;   /* iso, inactive: on which side */
     int brick;    /* its place in the page table */
     int shift;    /* edge of the inactive block, log2 */
     ivec3 offset; /* active: atlas texel = voxel + offset */
+#ifdef PREINTEGRATED
+    int lacks;    /* the brick that a gradient must come from, and that is not in the atlas; or -1 */
+#endif
 };
 
 /* The voxel whose brick supplies a cell. */
@@ -57,6 +61,7 @@ Block locate(ivec3 voxel)
     ivec3 start = (voxel >> brick_shift) << brick_shift;
     block.live = page >> 30 == STATE_RESIDENT;
     block.missing = page >> 30 == STATE_MISSING;
+    block.wanted = page >> 30 >= STATE_RESIDENT;
     block.above = page >> 30 == STATE_ABOVE;
     block.shift = brick_shift;
     block.offset = slot * slot_size + border - start;

@@ -1,6 +1,6 @@
 /* A pixel's ray: found in double precision as libbrick's brick_view_ray and brick_ray_span find it, cut to level 0's box,
  * and divided into pieces of one step from where it enters; each piece has its sample in its middle. Only the last
- * piece is shorter. */
+ * piece is shorter. With PREINTEGRATED samples are where pieces begin and end, one more than there are pieces. */
 uniform dvec3 origin, origin_u, origin_v, dir, dir_u, dir_v; /* struct brick_view */
 uniform dmat3 linear;
 uniform dvec3 box_high;                 /* level 0's dims - 1/2 */
@@ -11,7 +11,7 @@ uniform ivec2 tile_origin; /* picture's pixel at the target's corner */
 struct Ray {
     Fixed3 first, step, last; /* positions of the first and the last sample, in the level's index space */
     uint count;               /* samples */
-    float length_mm, last_length_mm;
+    float length_mm, last_length_mm; /* of a piece */
     vec3 pace, never; /* steps a voxel on each axis; where the ray does not move along an axis 0 and a huge number */
     bvec3 forward;
     vec3 view; /* world direction, unit */
@@ -44,12 +44,18 @@ bool ray_init(ivec2 pixel, out Ray ray)
     double pieces = ceil(steps), rest = steps - (pieces - 1.0LF);
     dvec3 start = (o + enter * d - level_offset) / level_scale;
     dvec3 step = d * step_mm / level_scale;
-    ray.count = uint(pieces);
     ray.step = fixed_from(step);
+#ifdef PREINTEGRATED
+    ray.count = uint(pieces) + 1u;
+    ray.first = fixed_from(start);
+    ray.last = fixed_from(start + steps * step);
+#else
+    ray.count = uint(pieces);
     ray.last = fixed_from(start + (pieces - 1.0LF + 0.5LF * rest) * step);
     ray.first = fixed_from(start + 0.5LF * step);
     if (ray.count == 1u)
         ray.first = ray.last;
+#endif
     ray.length_mm = float(step_mm);
     ray.last_length_mm = float(rest * step_mm);
     vec3 stride = vec3(step);

@@ -43,7 +43,48 @@ vec3 gradient_at(Cell c, ivec3 texel, vec3 f)
 }
 #endif
 
-#if MODE != MODE_MIP
+#ifdef PRECLASSIFIED
+uniform sampler2DArray colours; /* in the atlas's place: colour and opacity of a slice's thickness (methods/slices/palette.c) */
+
+vec4 colour_of(ivec3 texel)
+{
+    return texelFetch(colours, texel, 0);
+}
+
+vec4 colour_at(ivec3 t, vec3 f)
+{
+#ifdef POINT
+    return colour_of(t + ivec3(greaterThanEqual(f, vec3(0.5))));
+#else
+    const ivec2 e = ivec2(1, 0);
+    precise vec4 near = mix(mix(colour_of(t), colour_of(t + e.xyy), f.x), mix(colour_of(t + e.yxy), colour_of(t + e.xxy), f.x), f.y);
+    t.z++;
+    precise vec4 far = mix(mix(colour_of(t), colour_of(t + e.xyy), f.x), mix(colour_of(t + e.yxy), colour_of(t + e.xxy), f.x), f.y);
+    precise vec4 sum = mix(near, far, f.z);
+    return sum;
+#endif
+}
+
+/* -ln(1 - A), with A's relative accuracy: 2 artanh(z), z = A / (2 - A), by its series for A up to 1/2. (1 - A is 2^-24 at
+ * least as transfer functions clamp it, but for rounding.) */
+float depth_of(float a)
+{
+    float z = a / (2.0 - a), s = z * z;
+    float series = 1.0 + s * (1.0 / 3.0 + s * (1.0 / 5.0 + s * (1.0 / 7.0 + s * (1.0 / 9.0 + s * (1.0 / 11.0 + s * (1.0 / 13.0))))));
+    return a > 0.5 ? -log(max(1.0 - a, 1.0e-30)) : 2.0 * z * series;
+}
+
+/* What a part of the slice's thickness, or a slanted way through it, makes of a colour stored for all of it. */
+vec4 integrate_part(vec4 whole, float part)
+{
+    float alpha = part != 1.0 ? opacity(part * depth_of(whole.a)) : whole.a;
+#ifdef INDEPENDENT
+    return vec4(whole.rgb * (whole.a > 0.0 ? alpha / whole.a : part), alpha);
+#else
+    return vec4(whole.rgb * alpha, alpha);
+#endif
+}
+#elif MODE != MODE_MIP
 /* Emission and absorption over `length` mm of extinction sigma. */
 vec4 integrate(vec3 rgb, float sigma, float length_mm)
 {
@@ -77,6 +118,15 @@ void main()
 
     vec3 f = vec3(p - whole);
     ivec3 texel = cell + offset;
+    vec3 direction = world;
+    float part = to - from;
+#ifdef PERSPECTIVE
+    direction += float(uv.x) * world_u + float(uv.y) * world_v;
+    part *= length(direction);
+#endif
+#ifdef PRECLASSIFIED
+    colour = integrate_part(colour_at(texel, f), part);
+#else
     Cell c;
 #if !defined(POINT) || defined(NONFINITE)
     c = cell_fetch(texel);
@@ -88,18 +138,13 @@ void main()
 #if MODE == MODE_MIP
     colour = vec4(valid ? v : uintBitsToFloat(0xff800000u));
 #else
-    vec3 direction = world;
-    float length_mm = (to - from) * spacing_mm;
-#ifdef PERSPECTIVE
-    direction += float(uv.x) * world_u + float(uv.y) * world_v;
-    length_mm *= length(direction);
-#endif
     Piece piece = find_piece(v);
     float sigma = extinction(piece, v);
     vec3 rgb = emission(piece, v);
 #if MODE == MODE_SHADED
     rgb = shade(rgb, gradient_at(c, texel, f), normalize(direction));
 #endif
-    colour = valid ? integrate(rgb, sigma, length_mm) : vec4(0.0);
+    colour = valid ? integrate(rgb, sigma, part * spacing_mm) : vec4(0.0);
+#endif
 #endif
 }

@@ -59,13 +59,15 @@ struct vr_slices {
     enum vr_interpolation interpolation;
     enum vr_framebuffer framebuffer;
     uint32_t classified_bits; /* of each channel of pre-classified voxels: 8, 16 or 32 (floating point) */
-    bool back_to_front; /* as in the paper; no ray ends early then */
+    bool back_to_front;       /* as in the paper; no ray ends early then */
 };
 
 /* Where along the way from voxels to a colour the transfer function comes. */
 enum vr_classification {
-    VR_CLASSIFY_POST, /* of the field's value at each sample */
-    VR_CLASSIFY_PRE   /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
+    VR_CLASSIFY_POST,         /* of the field's value at each sample */
+    VR_CLASSIFY_PRE,          /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
+    VR_CLASSIFY_PREINTEGRATED /* of all values between two samples, the field being linear from one to the
+                                 other */
 };
 
 /* How it is computed: speed against error. */
@@ -122,7 +124,8 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
  * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
- * sizes of the caches. No clip planes.
+ * sizes of the caches. Pre-integrated classification goes with dvr and shaded, and with steps that move by a
+ * voxel of the level at most along each of its axes. No clip planes.
  *
  * slices: planes of one depth each, blended brick by brick in batches that the cache holds; the same bytes
  * for all sizes of the caches and bricks. No isosurfaces. Pre-classified voxels go with dvr; the GPU's cache

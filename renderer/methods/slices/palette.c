@@ -1,7 +1,7 @@
-/* Opacity A = 1 - exp(-x), x being extinction times a slice's spacing. Colour that is emitted in proportion to
- * extinction is stored as it is, and multiplied by the interpolated opacity when it is drawn; colour that is
- * emitted independently is stored as what a slice lets out of it, E (1 - exp(-x)) / x, as in the paper, with
- * its limit E where nothing is absorbed. Channels of 8 and 16 bits are rounded to the nearest. */
+/* Opacity A = 1 - exp(-x), x being extinction times a slice's spacing. Colour that is emitted in proportion
+ * to extinction is stored as it is, and multiplied by the interpolated opacity when it is drawn; colour that
+ * is emitted independently is stored as what a slice lets out of it, E (1 - exp(-x)) / x, as in the paper,
+ * with its limit E where nothing is absorbed. Channels of 8 and 16 bits are rounded to the nearest. */
 #include "palette.h"
 
 #include <math.h>
@@ -76,8 +76,7 @@ static bool same(const struct vr_palette *p, const struct brick_transfer *t, dou
 {
     return p->texels.number && p->bits == bits && p->spacing_mm == spacing_mm &&
            p->transfer.emission == t->emission && p->transfer.unit_mm == t->unit_mm &&
-           p->transfer.count == t->count &&
-           !memcmp(p->transfer.knots, t->knots, t->count * sizeof *t->knots);
+           p->transfer.count == t->count && !memcmp(p->transfer.knots, t->knots, t->count * sizeof *t->knots);
 }
 
 static int fill(struct vr_palette *p, struct brick_error *err)
@@ -107,18 +106,12 @@ static int fill(struct vr_palette *p, struct brick_error *err)
 int vr_palette_set(struct vr_palette *p, const struct vr_frame *frame, double spacing_mm, uint32_t bits,
                    struct brick_error *err)
 {
-    static const struct vr_atlas_voxels eight = {.internal = GL_RGBA8,
-                                                 .format = GL_RGBA,
-                                                 .type = GL_UNSIGNED_BYTE,
-                                                 .bytes = 4};
-    static const struct vr_atlas_voxels sixteen = {.internal = GL_RGBA16,
-                                                   .format = GL_RGBA,
-                                                   .type = GL_UNSIGNED_SHORT,
-                                                   .bytes = 8};
-    static const struct vr_atlas_voxels floats = {.internal = GL_RGBA32F,
-                                                  .format = GL_RGBA,
-                                                  .type = GL_FLOAT,
-                                                  .bytes = 16};
+    static const struct vr_atlas_voxels eight = {
+        .internal = GL_RGBA8, .format = GL_RGBA, .type = GL_UNSIGNED_BYTE, .bytes = 4};
+    static const struct vr_atlas_voxels sixteen = {
+        .internal = GL_RGBA16, .format = GL_RGBA, .type = GL_UNSIGNED_SHORT, .bytes = 8};
+    static const struct vr_atlas_voxels floats = {
+        .internal = GL_RGBA32F, .format = GL_RGBA, .type = GL_FLOAT, .bytes = 16};
     const struct brick_transfer *t = frame->scene->transfer;
     if (same(p, t, spacing_mm, bits))
         return BRICK_OK;

@@ -19,6 +19,7 @@
 #include <string.h>
 
 #include "boxes.h"
+#include "palette.h"
 #include "picture.h"
 #include "shaders.h"
 #include "sheets.h"
@@ -30,6 +31,7 @@
 
 /* Kept from picture to picture. */
 struct slices {
+    struct vr_palette palette; /* of pre-classified voxels */
     struct vr_sheets sheets;
     struct vr_cell_box *cells;  /* room for one a macrocell of a brick */
     struct vr_stack_box *boxes; /* of one brick */
@@ -269,9 +271,10 @@ static int use_program(const struct vr_frame *frame, const struct vr_stack *stac
                                                     .fragment_count = sizeof parts / sizeof *parts};
     char defines[VR_FRAME_DEFINES_BYTES + 128];
     size_t n = vr_frame_defines(frame, defines);
-    snprintf(defines + n, sizeof defines - n, "%s%s%s", stack->perspective ? "#define PERSPECTIVE\n" : "",
+    snprintf(defines + n, sizeof defines - n, "%s%s%s%s", stack->perspective ? "#define PERSPECTIVE\n" : "",
              frame->quality->slices.interpolation == VR_INTERPOLATION_POINT ? "#define POINT\n" : "",
-             frame->scene->transfer->emission == BRICK_EMISSION_INDEPENDENT ? "#define INDEPENDENT\n" : "");
+             frame->scene->transfer->emission == BRICK_EMISSION_INDEPENDENT ? "#define INDEPENDENT\n" : "",
+             frame->quality->classification == VR_CLASSIFY_PRE ? "#define PRECLASSIFIED\n" : "");
     u->gl = &frame->context->gl;
     return vr_programs_get(&frame->store->programs, frame->context, &source, defines, &u->program, err);
 }
@@ -295,6 +298,7 @@ static int set_uniforms(const struct vr_frame *frame, const struct vr_stack *sta
     vr_set_float(u, "spacing_mm", stack->spacing_mm);
     vr_set_float(u, "per_unit", 1.0 / frame->scene->transfer->unit_mm);
     vr_set_int(u, "spans", VR_UNIT_SPANS);
+    vr_set_int(u, "colours", VR_UNIT_ATLAS);
     vr_set_int(u, "vertices", VR_UNIT_SHEETS);
     vr_set_int(u, "boxes", VR_UNIT_SHEETS + 1);
     return vr_frame_set_transfer(frame, u, err);
@@ -354,6 +358,31 @@ static int check(const struct vr_frame *frame, struct brick_error *err)
     if ((unsigned)q->interpolation > VR_INTERPOLATION_POINT || (unsigned)q->framebuffer > VR_FRAMEBUFFER_32F)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "no interpolation %d or no framebuffer %d",
                           (int)q->interpolation, (int)q->framebuffer);
+    if (frame->quality->classification == VR_CLASSIFY_PREINTEGRATED)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
+                          "slices are not pre-integrated: classify values (post) or voxels (pre)");
+    if (frame->quality->classification == VR_CLASSIFY_PRE && frame->scene->mode != BRICK_MODE_DVR)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
+                          "pre-classified voxels have colours, but no gradients or values: mode dvr only");
+    if (q->classified_bits != 8 && q->classified_bits != 16 && q->classified_bits != 32)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "pre-classified voxels of %u bits; there are 8, 16 and 32",
+                          q->classified_bits);
+    return BRICK_OK;
+}
+
+/* What slots hold depends on the slices' spacing, too (section 2.1.1). */
+static int find_texels(void *state, const struct vr_frame *frame, const struct vr_texels **texels,
+                       struct brick_error *err)
+{
+    struct slices *s = state;
+    const struct vr_quality *q = frame->quality;
+    struct vr_stack stack;
+    int result = check(frame, err);
+    if (result || q->classification != VR_CLASSIFY_PRE ||
+        (result = vr_stack_init(&stack, frame, q->slices.planes, err)) ||
+        (result = vr_palette_set(&s->palette, frame, stack.spacing_mm, q->slices.classified_bits, err)))
+        return result;
+    *texels = &s->palette.texels;
     return BRICK_OK;
 }
 
@@ -377,9 +406,8 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
                       .far_first = far_first,
                       .stops = quality->termination > 0.0 && !far_first && !mip,
                       .report = report};
-    int result = check(frame, err);
-    if (result || (result = vr_stack_init(&stack, frame, quality->slices.planes, err)) ||
-        (result = use_program(frame, &stack, &u, err)) ||
+    int result = vr_stack_init(&stack, frame, quality->slices.planes, err);
+    if (result || (result = use_program(frame, &stack, &u, err)) ||
         (result = vr_residency_order(frame->residency, far_first, &w.order, &w.bricks, err)) ||
         (result = reserve(s, frame, w.bricks, err)))
         return result;
@@ -410,6 +438,7 @@ static void finish(void *state, struct vr_context *context)
 {
     struct slices *s = state;
     vr_sheets_finish(&s->sheets, context);
+    vr_palette_finish(&s->palette);
     if (s->query)
         context->gl.DeleteQueries(1, &s->query);
     free(s->cells);
@@ -419,5 +448,8 @@ static void finish(void *state, struct vr_context *context)
     free(s->shell);
 }
 
-const struct vr_method_row vr_slices = {
-    .state_bytes = sizeof(struct slices), .draw = draw, .finish = finish, .filters = true};
+const struct vr_method_row vr_slices = {.state_bytes = sizeof(struct slices),
+                                        .draw = draw,
+                                        .finish = finish,
+                                        .texels = find_texels,
+                                        .filters = true};
