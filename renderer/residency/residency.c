@@ -60,7 +60,7 @@ struct vr_residency {
     struct brick_cache_counters before;
     uint32_t *order; /* NULL until asked for */
 
-    /* Of one pass; room for one a slot (changed_pages: two) but for wants, which grow. */
+    /* Of one pass; room for one a slot (changed_pages: two) but for wants. */
     struct vr_wants wants;
     struct vr_victim *victims;
     uint64_t *ids;
@@ -139,12 +139,11 @@ int vr_residency_create(struct vr_residency **out, struct vr_context *context,
 
 int vr_residency_set_texels(struct vr_residency *r, const struct vr_texels *texels, struct brick_error *err)
 {
-    const struct vr_texels *before = r->atlas.texels;
     const uint64_t number = texels ? texels->number : 0;
     const bool another = number != r->texels_number;
-    bool same_layout = !texels && !before;
-    if (texels && before)
-        same_layout = texels->voxels.internal == before->voxels.internal;
+    /* texels may be the struct of last time, filled anew: what the atlas is made for, it knows itself. */
+    const bool same_layout =
+        texels ? texels->voxels.internal == r->atlas.voxels.internal && r->atlas.texels : !r->atlas.texels;
     r->texels_number = number;
     r->atlas.texels = texels;
     if (same_layout && r->atlas.count) {
@@ -154,10 +153,8 @@ int vr_residency_set_texels(struct vr_residency *r, const struct vr_texels *texe
     }
     drop_slots(r);
     int result = make_slots(r, texels, err);
-    if (result) {
-        r->texels_number = 0;
-        make_slots(r, NULL, NULL); /* or else next time */
-    }
+    if (result)
+        r->texels_number = 0, make_slots(r, NULL, NULL); /* or else next time */
     return result;
 }
 

@@ -111,12 +111,14 @@ void main()
     double middle = double(plane) + 0.5LF * (double(from) + double(to));
     precise double depth = first_depth + middle * spacing;
     precise dvec3 p = ray_origin(uv) + depth * ray_direction(uv);
-    dvec3 whole = floor(p);
+    /* To 2^-32: a ray that lies in a face of bricks stays on one side of it, whatever is rounded on the way, so that no
+     * sample of it comes out of the order in which bricks are drawn. */
+    precise dvec3 fine = floor(p * 4294967296.0LF + 0.5LF), whole = floor(fine / 4294967296.0LF);
     ivec3 cell = ivec3(whole), home = owner(cell);
     if (plane < first || plane > last || any(lessThan(home, low)) || any(greaterThanEqual(home, high)))
         discard;
 
-    vec3 f = vec3(p - whole);
+    vec3 f = vec3((fine - whole * 4294967296.0LF) / 4294967296.0LF);
     ivec3 texel = cell + offset;
     vec3 direction = world;
     float part = to - from;
