@@ -120,8 +120,11 @@ static int check_request(const struct request *request)
     } else if (request->has_field) {
         return tool_misuse("render", "--field goes with --method exact");
     }
-    const char *wrong = tool_slices_check(&request->slices, request->method == VR_METHOD_SLICES,
-                                          request->has_step, request->has_termination);
+    const bool slices = request->method == VR_METHOD_SLICES;
+    if ((request->has_emission || request->clip.count) && !slices && request->method != METHOD_EXACT)
+        return tool_misuse("render", "--emission and --clip go with --method slices or exact");
+    const char *wrong =
+        tool_slices_check(&request->slices, slices, request->has_step, request->has_termination);
     if (wrong)
         return tool_misuse("render", "%s", wrong);
     if (request->method >= VR_METHODS && request->filter == VR_FILTER_FAST)
