@@ -52,7 +52,7 @@ static int check_preintegrated(const struct vr_frame *frame, struct brick_error 
     if (longest > 1.0 + 1e-9)
         return brick_fail(
             err, BRICK_ERR_ARGUMENT,
-            "pre-integrated classification takes steps of at most %.4g voxels here, not %g: a step "
+            "pre-integrated classification takes steps of up to %.4g voxel edges here, not %g: a step "
             "may not pass over a cell",
             step / longest, step);
     return BRICK_OK;

@@ -22,6 +22,10 @@
 static const uint32_t edges[] = {16, 32, 64};
 static const struct brick_transfer_point points[] = {
     {150, 0.2, 0.1, 0.1, 0.0}, {300, 0.9, 0.3, 0.1, 0.1}, {300, 0.1, 0.9, 0.1, 0.02}, {900, 1, 1, 0.9, 0.7}};
+/* Peaks between transparent values, narrower than what a voxel's way changes. */
+static const struct brick_transfer_point peaks[] = {
+    {205, 1, 0, 0, 0.0},   {211, 0.9, 0.3, 0.1, 0.6}, {214, 0, 0, 1, 0.0}, {500.5, 0, 1, 0, 0.0},
+    {500.5, 0, 1, 0, 0.8}, {503, 1, 1, 0, 0.2},       {503, 1, 1, 0, 0.0}};
 
 /* Blobs in empty space, with some noise: much to skip, and ranges that touch thresholds. */
 static double blobs(int x, int y, int z)
@@ -75,18 +79,18 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
 
 /* Images of every mode and view, skipping or not, in one renderer, against those of the first. */
 static void compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
-                        const struct brick_transfer *transfer, double isovalue, double step, bool skip,
+                        struct brick_transfer *const transfers[2], double isovalue, double step, bool skip,
                         struct brick_image *images, bool first, const char *what)
 {
-    for (int mode = 0; mode < 4; mode++)
+    for (int way = 0; way < (step <= 1.0 ? WAYS : 4); way++)
         for (int view = 0; view < VIEWS; view++) {
             struct vr_scene scene = vr_scene_defaults;
             struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
             struct vr_report report;
             char line[160];
-            scene.mode = (enum brick_mode)mode;
-            scene.transfer = transfer;
+            set_way(way, &scene, &quality);
+            scene.transfer = transfers[way >= 4];
             scene.isovalue = isovalue;
             scene.width = scene.height = EDGE;
             quality.step_vox = step;
@@ -99,12 +103,12 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
                 for (int i = 0; i < EDGE * EDGE; i++)
                     sum += (double)image.rgba[4 * i + 3];
                 if (!(sum > 5.0) || !isfinite(sum))
-                    fail_msg("%s, mode %d, view %d: nothing in the picture", what, mode, view);
-                images[mode * VIEWS + view] = image;
+                    fail_msg("%s, way %d, view %d: nothing in the picture", what, way, view);
+                images[way * VIEWS + view] = image;
                 continue;
             }
-            snprintf(line, sizeof line, "%s, mode %d, view %d, step %g", what, mode, view, step);
-            assert_same_image(&image, &images[mode * VIEWS + view], line);
+            snprintf(line, sizeof line, "%s, way %d, view %d, step %g", what, way, view, step);
+            assert_same_image(&image, &images[way * VIEWS + view], line);
             brick_image_finish(&image);
         }
 }
@@ -117,7 +121,7 @@ static void test_passes(void **state)
     static uint16_t voxels[3 * 2 * LENGTH];
     struct memory_source source;
     struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
-    struct brick_image images[4] = {{0}};
+    struct brick_image images[WAYS] = {{0}};
     bool first = true;
     for (int i = 0; i < 3 * 2 * LENGTH; i++) {
         double v = i / 6 < 7000 ? 0.0 : 400.0 * sin(i / 6 * 0.013) + (double)(noise64(9, (uint64_t)i) % 64);
@@ -127,14 +131,14 @@ static void test_passes(void **state)
     for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
         struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
-        for (int run = 0; renderer && run < 8; run++) {
-            int mode = run / 2;
+        for (int run = 0; renderer && run < 2 * WAYS; run++) {
+            int way = run / 2;
             struct vr_scene scene = vr_scene_defaults;
             struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
             struct vr_report report;
             char line[120];
-            scene.mode = (enum brick_mode)mode;
+            set_way(way, &scene, &quality);
             scene.transfer = transfer;
             scene.isovalue = 350.25;
             scene.width = scene.height = 5;
@@ -146,21 +150,21 @@ static void test_passes(void **state)
             quality.skip = run & 1;
             render(renderer, &scene, &quality, &image, &report);
             assert_true(report.passes > 10);
-            snprintf(line, sizeof line, "long rays, bricks of %u, mode %d, skipping %d", edges[e], mode,
+            snprintf(line, sizeof line, "long rays, bricks of %u, way %d, skipping %d", edges[e], way,
                      run & 1);
             if (first && !(run & 1)) {
                 assert_true(image.rgba[4 * 12 + 3] > 0.1f);
-                images[mode] = image;
+                images[way] = image;
                 continue;
             }
-            assert_same_image(&image, &images[mode], line);
+            assert_same_image(&image, &images[way], line);
             brick_image_finish(&image);
         }
         first = first && !renderer;
         vr_renderer_destroy(&renderer);
         brick_volume_close(&volume);
     }
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < WAYS; i++)
         brick_image_finish(&images[i]);
     brick_transfer_destroy(&transfer);
     if (first)
@@ -170,8 +174,9 @@ static void test_passes(void **state)
 static void check(enum brick_type type, const void *voxels, double isovalue, double step)
 {
     struct memory_source source;
-    struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
-    struct brick_image images[4 * VIEWS] = {{0}};
+    struct brick_transfer *transfers[2] = {transfer_of(points, sizeof points / sizeof points[0]),
+                                           transfer_of(peaks, sizeof peaks / sizeof peaks[0])};
+    struct brick_image images[WAYS * VIEWS] = {{0}};
     bool first = true;
     static const enum vr_context_kind kinds[] = {VR_CONTEXT_EGL, VR_CONTEXT_OSMESA};
     static const char *const names[] = {"EGL", "OSMesa"};
@@ -183,7 +188,7 @@ static void check(enum brick_type type, const void *voxels, double isovalue, dou
             for (int skip_blocks = 0; renderer && skip_blocks < 2; skip_blocks++) {
                 char what[80];
                 snprintf(what, sizeof what, "%s, bricks of %u, skipping %d", names[c], edges[e], skip_blocks);
-                compare_all(renderer, brick_volume_grid(volume), transfer, isovalue, step, skip_blocks,
+                compare_all(renderer, brick_volume_grid(volume), transfers, isovalue, step, skip_blocks,
                             images, first, what);
                 first = false;
             }
@@ -191,9 +196,10 @@ static void check(enum brick_type type, const void *voxels, double isovalue, dou
         }
         brick_volume_close(&volume);
     }
-    for (int i = 0; i < 4 * VIEWS; i++)
+    for (int i = 0; i < WAYS * VIEWS; i++)
         brick_image_finish(&images[i]);
-    brick_transfer_destroy(&transfer);
+    for (int i = 0; i < 2; i++)
+        brick_transfer_destroy(&transfers[i]);
     if (first)
         skip();
 }
@@ -226,6 +232,22 @@ static void test_f32(void **state)
     check(BRICK_F32, voxels, 300.123, 0.5);
 }
 
+/* Boxes from face to face of bricks of 16, their neighbours empty: what shows between two values shows where
+ * a step leads out of the box, or into it. */
+static void test_boxes(void **state)
+{
+    (void)state;
+    static uint16_t voxels[NX * NY * NZ];
+    for (int i = 0; i < NX * NY * NZ; i++) {
+        const int at[3] = {i % NX, i / NX % NY, i / NX / NY};
+        bool inside = true;
+        for (int a = 0; a < 3; a++)
+            inside = inside && at[a] / 16 % 2 == 0 && at[a] % 16 != 0;
+        voxels[i] = inside ? (uint16_t)(900 + noise64(11, (uint64_t)i) % 100) : 0;
+    }
+    check(BRICK_U16, voxels, 300.0, 1.0);
+}
+
 /* Single voxels, a whole brick and a plane that are not finite. */
 static void test_nonfinite(void **state)
 {
@@ -250,8 +272,8 @@ static void test_nonfinite(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_i16),       cmocka_unit_test(test_u8),     cmocka_unit_test(test_f32),
-        cmocka_unit_test(test_nonfinite), cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_i16),   cmocka_unit_test(test_u8),        cmocka_unit_test(test_f32),
+        cmocka_unit_test(test_boxes), cmocka_unit_test(test_nonfinite), cmocka_unit_test(test_passes),
     };
     return cmocka_run_group_tests_name("raycast_invariance", tests, NULL, NULL);
 }
