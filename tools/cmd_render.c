@@ -25,6 +25,7 @@ struct request {
     uint32_t turntable;
     struct vr_scene scene;
     struct vr_quality quality;
+    struct vr_budget budget;
     struct vr_renderer_params renderer;
     struct fmt_image_params image;
     struct tool_list clip;
@@ -127,8 +128,8 @@ static int check_request(const struct request *request)
         tool_slices_check(&request->slices, slices, request->has_step, request->has_termination);
     if (wrong)
         return tool_misuse("render", "%s", wrong);
-    if (request->method >= VR_METHODS && request->filter == VR_FILTER_FAST)
-        return tool_misuse("render", "--filter fast goes with methods on the GPU");
+    if (request->method >= VR_METHODS && (request->filter == VR_FILTER_FAST || request->budget.seconds > 0.0))
+        return tool_misuse("render", "--filter fast and --budget go with methods on the GPU");
     int code = check_classification(request);
     return code < 0 ? check_isotrace(request) : code;
 }
@@ -219,16 +220,22 @@ struct studio {
     struct vr_isotracer *tracer;
     struct vr_scene scene;
     struct brick_image image;
+    bool final; /* no frame's budget was used up before its end */
 };
 
 static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_report *report,
                       struct brick_error *err)
 {
+    bool final = true;
     const struct request *request = studio->request;
     char path[4096];
     int code;
     if (studio->renderer) {
-        code = vr_render(studio->renderer, &studio->scene, &request->quality, &studio->image, report, err);
+        code = vr_render_begin(studio->renderer, &studio->scene, &request->quality, err);
+        if (!code)
+            code =
+                vr_render_continue(studio->renderer, &request->budget, &studio->image, &final, report, err);
+        studio->final &= final;
     } else if (studio->tracer) {
         code = trace_surfaces(request, studio->tracer, &studio->scene, &studio->image, report, err);
     } else {
@@ -250,9 +257,10 @@ static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_
 }
 
 static int make_frames(const struct request *request, const struct brick_volume *volume,
-                       const struct tool_cameras *cameras, struct vr_report *reports, struct brick_error *err)
+                       const struct tool_cameras *cameras, struct vr_report *reports, bool *final,
+                       struct brick_error *err)
 {
-    struct studio studio = {.request = request, .volume = volume, .scene = request->scene};
+    struct studio studio = {.request = request, .volume = volume, .scene = request->scene, .final = true};
     struct brick_transfer *transfer = NULL;
     bool film = request->path || request->has_turntable;
 
@@ -276,6 +284,7 @@ static int make_frames(const struct request *request, const struct brick_volume 
         studio.scene.camera = cameras->item[i];
         code = make_frame(&studio, film, i, &reports[i], err);
     }
+    *final = studio.final;
     vr_renderer_destroy(&studio.renderer);
     vr_isotracer_destroy(&studio.tracer);
     brick_image_finish(&studio.image);
@@ -290,6 +299,7 @@ static int render(const struct request *request, const char *path)
     struct vr_report *reports = NULL;
     struct brick_error err = {0};
     uint64_t start_ns = brick_now_ns();
+    bool final = true;
 
     int code = 0;
     for (size_t i = 0; i < request->outputs.count && !code; i++)
@@ -303,16 +313,16 @@ static int render(const struct request *request, const char *path)
     if (!code && !(reports = calloc(cameras.count, sizeof *reports)))
         code = brick_fail(&err, BRICK_ERR_MEMORY, "no memory for %zu frames", cameras.count);
     if (!code)
-        code = make_frames(request, volume, &cameras, reports, &err);
+        code = make_frames(request, volume, &cameras, reports, &final, &err);
     double seconds = 1e-9 * (double)(brick_now_ns() - start_ns);
     if (code) {
         code = tool_fail("render", &err);
     } else {
         if (!request->quiet)
-            tool_render_summary(request->outputs.item[0], modes[request->mode], reports, cameras.count,
+            tool_render_summary(request->outputs.item[0], modes[request->mode], reports, cameras.count, final,
                                 seconds);
         if (request->json)
-            code = tool_render_json(reports, cameras.count, seconds);
+            code = tool_render_json(reports, cameras.count, final, seconds);
     }
     free(reports);
     tool_cameras_finish(&cameras);
@@ -404,6 +414,8 @@ int cmd_render(int argc, char **argv)
          .limits = {.choices = filters},
          .help = "exact (default): trilinear in float32 by eight fetches, or\nfast: by the texture unit, "
                  "fractions of 2^-12"},
+        {"budget", .value = "SECONDS", .parse = tool_parse_positive, .target = &r.budget.seconds,
+         .help = "write what is there after so long; coarser bricks stand in\nfor what is missing"},
         {"ambient", .value = "K", .parse = tool_parse_real, .target = &r.scene.ambient,
          .limits = {.min = 0, .max = 1e6}, .help = "shading (default 0.2)"},
         {"diffuse", .value = "K", .parse = tool_parse_real, .target = &r.scene.diffuse,

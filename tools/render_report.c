@@ -35,11 +35,12 @@ static void add_counts(cJSON *json, const struct vr_report *report)
     cJSON_AddNumberToObject(json, "samples", (double)report->samples);
 }
 
-int tool_render_json(const struct vr_report *reports, size_t count, double seconds)
+int tool_render_json(const struct vr_report *reports, size_t count, bool final, double seconds)
 {
     const struct vr_report sum = sum_reports(reports, count);
     cJSON *json = cJSON_CreateObject();
     cJSON_AddNumberToObject(json, "seconds_total", seconds);
+    cJSON_AddBoolToObject(json, "final", final);
     add_counts(json, &sum);
     cJSON_AddNumberToObject(json, "bricks_total", (double)sum.bricks_total);
     cJSON_AddNumberToObject(json, "bricks_active", (double)sum.bricks_active);
@@ -59,10 +60,10 @@ int tool_render_json(const struct vr_report *reports, size_t count, double secon
 }
 
 void tool_render_summary(const char *output, const char *mode, const struct vr_report *reports, size_t count,
-                         double seconds)
+                         bool final, double seconds)
 {
     const struct vr_report sum = sum_reports(reports, count);
-    fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s\n", output, mode,
+    fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s%s\n", output, mode,
             (unsigned long long)sum.bricks_active, (unsigned long long)sum.bricks_total, sum.seconds_frame,
-            seconds, sum.gl_renderer[0] ? ", " : "", sum.gl_renderer);
+            seconds, final ? "" : ", not final", sum.gl_renderer[0] ? ", " : "", sum.gl_renderer);
 }

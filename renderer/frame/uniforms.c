@@ -103,6 +103,15 @@ void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *
     vr_atlas_use(atlas, frame->context, VR_UNIT_ATLAS);
 }
 
+void vr_frame_set_stand_ins(const struct vr_frame *frame, const struct vr_uniforms *u)
+{
+    GLint halvings[BRICK_MAX_LEVELS][3] = {{0}};
+    for (uint32_t l = frame->scene->level; l < frame->grid->levels; l++)
+        for (int a = 0; a < 3; a++)
+            halvings[l][a] = log2_of((uint32_t)(frame->grid->level[l].scale[a] / frame->level->scale[a]));
+    u->gl->Uniform3iv(at(u, "level_halvings"), BRICK_MAX_LEVELS, halvings[0]);
+}
+
 /* Gradient in the level's index space to world: the inverse of (affine's linear part x level scale),
  * transposed. */
 void vr_frame_set_shading(const struct vr_frame *frame, const struct vr_uniforms *u)

@@ -22,6 +22,7 @@
     X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
     X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                                                                 \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
+    X(PFNGLCOPYIMAGESUBDATAPROC, CopyImageSubData)                                                           \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
     X(PFNGLCREATESHADERPROC, CreateShader)                                                                   \
     X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                                                 \

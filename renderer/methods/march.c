@@ -6,13 +6,16 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "target.h"
+#include <brick/threads.h>
 
 #define TARGET_EDGE      1024
 #define MAX_REFINEMENTS  96 /* bits of a ray's path; see state.glsl */
 #define LOOK_AHEAD_TURNS 256
 #define MAX_LOOK_AHEAD   64
+#define TILES_ACROSS     (TARGET_EDGE / VR_TARGET_TILE)
+#define TILES            (TILES_ACROSS * TILES_ACROSS)
 
 enum { IMAGE_STATE, IMAGE_PROGRESS, IMAGE_FEEDBACK };
 
@@ -61,89 +64,196 @@ static int choose_ahead(int ahead, uint64_t wanted, uint64_t slots)
     return wanted > slots && ahead > 1 ? ahead / 2 : ahead;
 }
 
-/* One part of the picture, pass after pass, until all its rays have ended. */
-static int draw_part(struct vr_march *m, const struct vr_frame *frame, const struct vr_uniforms *u,
-                     const struct vr_target *target, int width, int height, struct vr_report *report,
-                     struct brick_error *err)
+/* A piece of the picture no larger than a target. */
+struct part {
+    int x, y, width, height;
+};
+
+static struct part part_of(const struct brick_image *image, int index)
 {
-    struct vr_context *context = frame->context;
-    struct vr_residency *residency = frame->residency;
-    struct vr_feedback *feedback = &m->feedback;
-    const int across = TARGET_EDGE / VR_TARGET_TILE;
-    uint64_t wanted, slots = vr_residency_atlas(residency)->count;
-    bool unfinished = true;
-    int ahead = 1;
-    for (uint32_t t = 0; t < feedback->tiles; t++)
-        feedback->words[t] = 1;
-    vr_set_int(u, "resume", GL_FALSE);
-    for (;;) {
-        vr_set_int(u, "look_ahead", ahead);
-        vr_atlas_use(vr_residency_atlas(residency), context, VR_UNIT_ATLAS);
-        vr_feedback_clear(feedback, context);
-        vr_target_draw(target, context, width, height, feedback->words, across);
-        vr_feedback_read(feedback, context);
-        report->passes++;
-        int result = vr_context_check(context, "marching rays", err);
-        if (result)
-            return result;
-        unfinished = false;
-        for (uint32_t t = 0; t < feedback->tiles && !unfinished; t++)
-            unfinished = feedback->words[t] != 0;
-        if (!unfinished)
-            return BRICK_OK;
-        if ((result = vr_residency_bring(residency, feedback, &wanted, err)))
-            return result;
-        vr_set_int(u, "resume", GL_TRUE);
-        ahead = choose_ahead(ahead, wanted, slots);
-    }
+    const int width = (int)image->width, height = (int)image->height;
+    const int across = (width + TARGET_EDGE - 1) / TARGET_EDGE;
+    struct part part = {.x = index % across * TARGET_EDGE, .y = index / across * TARGET_EDGE};
+    part.width = width - part.x < TARGET_EDGE ? width - part.x : TARGET_EDGE;
+    part.height = height - part.y < TARGET_EDGE ? height - part.y : TARGET_EDGE;
+    return part;
 }
 
-/* The picture part by part through one target. */
-static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const struct vr_uniforms *u,
-                      struct brick_image *image, struct vr_report *report, struct brick_error *err)
+static int part_count(const struct brick_image *image)
 {
-    struct vr_context *context = frame->context;
-    struct vr_target target = {0};
-    int width = (int)image->width, height = (int)image->height;
-    int tw = width < TARGET_EDGE ? width : TARGET_EDGE, th = height < TARGET_EDGE ? height : TARGET_EDGE;
-    uint32_t *progress = malloc((size_t)tw * (size_t)th * 2 * sizeof *progress);
-    int result = progress ? vr_target_init(&target, context, tw, th, err)
-                          : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
+    return (int)((image->width + TARGET_EDGE - 1) / TARGET_EDGE *
+                 ((image->height + TARGET_EDGE - 1) / TARGET_EDGE));
+}
+
+static int rays_resize(struct vr_march_rays *rays, struct vr_context *context,
+                       const struct brick_image *image, uint64_t bricks, struct brick_error *err)
+{
+    const struct part first = part_of(image, 0);
+    if (rays->target.width != first.width || rays->target.height != first.height) {
+        vr_target_finish(&rays->target, context);
+        int result = vr_target_init(&rays->target, context, first.width, first.height, err);
+        if (result)
+            return result;
+    }
+    return vr_feedback_resize(&rays->feedback, context, TILES, bricks, err);
+}
+
+static void rays_finish(struct vr_march_rays *rays, struct vr_context *context)
+{
+    vr_target_finish(&rays->target, context);
+    vr_feedback_finish(&rays->feedback, context);
+}
+
+static void all_unfinished(struct vr_march_rays *rays)
+{
+    for (uint32_t t = 0; t < TILES; t++)
+        rays->feedback.words[t] = 1;
+}
+
+static int set_scene(const struct vr_frame *frame, const struct vr_march_rays *rays,
+                     const struct vr_uniforms *u, struct brick_error *err)
+{
+    const double termination = frame->quality->termination;
+    int result;
+    vr_frame_set_rays(frame, u);
+    vr_frame_set_field(frame, u);
+    vr_frame_set_shading(frame, u);
+    if (frame->scene->mode == BRICK_MODE_ISO)
+        set_surface(frame, u);
+    else if ((result = vr_frame_set_transfer(frame, u, err)))
+        return result;
+    if (frame->scene->mode == BRICK_MODE_MIP)
+        vr_set_float(u, "unit_mm", frame->scene->transfer->unit_mm);
+    /* A ray ends where exp(-depth) falls below the threshold. */
+    vr_set_float(u, "depth_end", termination > 0.0 ? -log(termination) : FLT_MAX);
     vr_set_int(u, "state_image", IMAGE_STATE);
     vr_set_int(u, "progress_image", IMAGE_PROGRESS);
     vr_set_int(u, "feedback", IMAGE_FEEDBACK);
-    vr_set_int(u, "tiles_across", TARGET_EDGE / VR_TARGET_TILE);
-    vr_set_int(u, "tiles", (int)m->feedback.tiles);
-    if (!result) {
-        vr_target_use(&target, context, IMAGE_STATE, IMAGE_PROGRESS);
-        vr_buffer_use_image(&m->feedback.buffer, context, IMAGE_FEEDBACK);
-    }
-    for (int y = 0; !result && y < height; y += th)
-        for (int x = 0; !result && x < width; x += tw) {
-            int w = width - x < tw ? width - x : tw, h = height - y < th ? height - y : th;
-            vr_set_ivec2(u, "tile_origin", x, y);
-            if ((result = draw_part(m, frame, u, &target, w, h, report, err)))
-                break;
-            vr_target_read(&target, context, w, h, image->rgba + 4 * ((size_t)y * image->width + (size_t)x),
-                           width, progress);
-            for (size_t i = 0; i < (size_t)w * (size_t)h; i++)
-                report->samples += progress[2 * i + 1];
-            result = vr_context_check(context, "reading the picture", err);
-        }
-    vr_target_finish(&target, context);
+    vr_set_int(u, "tiles_across", TILES_ACROSS);
+    vr_set_int(u, "tiles", TILES);
+    vr_target_use(&rays->target, frame->context, IMAGE_STATE, IMAGE_PROGRESS);
+    vr_buffer_use_image(&rays->feedback.buffer, frame->context, IMAGE_FEEDBACK);
+    return BRICK_OK;
+}
+
+/* All unfinished rays of a part once. *unfinished: some still are. */
+static int pass(struct vr_march_rays *rays, const struct vr_frame *frame, const struct vr_uniforms *u,
+                const struct part *part, bool resume, bool *unfinished, struct brick_error *err)
+{
+    struct vr_feedback *feedback = &rays->feedback;
+    vr_set_ivec2(u, "tile_origin", part->x, part->y);
+    vr_set_int(u, "resume", resume);
+    vr_atlas_use(vr_residency_atlas(frame->residency), frame->context, VR_UNIT_ATLAS);
+    vr_feedback_clear(feedback, frame->context);
+    vr_target_draw(&rays->target, frame->context, part->width, part->height, feedback->words, TILES_ACROSS);
+    vr_feedback_read(feedback, frame->context);
+    *unfinished = false;
+    for (uint32_t t = 0; t < TILES && !*unfinished; t++)
+        *unfinished = feedback->words[t] != 0;
+    return vr_context_check(frame->context, "marching rays", err);
+}
+
+/* The part's colours into the picture; *samples grows by those that its rays took. */
+static int read_part(const struct vr_march_rays *rays, const struct vr_frame *frame, const struct part *part,
+                     struct brick_image *image, uint64_t *samples, struct brick_error *err)
+{
+    const size_t pixels = (size_t)part->width * (size_t)part->height;
+    uint32_t *progress = malloc(pixels * 2 * sizeof *progress);
+    if (!progress)
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", part->width,
+                          part->height);
+    vr_target_read(&rays->target, frame->context, part->width, part->height,
+                   image->rgba + 4 * ((size_t)part->y * image->width + (size_t)part->x), (int)image->width,
+                   progress);
+    for (size_t i = 0; i < pixels; i++)
+        *samples += progress[2 * i + 1];
     free(progress);
+    return vr_context_check(frame->context, "reading the picture", err);
+}
+
+static uint64_t loaded_bytes(const struct vr_frame *frame)
+{
+    struct vr_residency_counters counters;
+    vr_residency_count(frame->residency, &counters);
+    return counters.bricks_loaded * vr_residency_atlas(frame->residency)->slot_bytes;
+}
+
+/* The part in work, pass after pass, until all its rays have ended or the budget is used up. before: bytes
+ * loaded before this call. */
+static int draw_part(struct vr_march *m, struct vr_frame *frame, const struct vr_uniforms *u, uint64_t before,
+                     struct brick_image *image, struct vr_report *report, struct brick_error *err)
+{
+    const struct vr_atlas *atlas = vr_residency_atlas(frame->residency);
+    const struct part part = part_of(image, m->part);
+    if (!m->resume) {
+        all_unfinished(&m->rays);
+        m->ahead = 1;
+    }
+    for (;;) {
+        bool unfinished;
+        uint64_t wanted;
+        vr_set_int(u, "look_ahead", m->ahead);
+        int result = pass(&m->rays, frame, u, &part, m->resume, &unfinished, err);
+        report->passes++;
+        if (result)
+            return result;
+        m->resume = unfinished;
+        if (!unfinished)
+            return read_part(&m->rays, frame, &part, image, &report->samples, err);
+        const uint64_t room = (frame->upload_bytes - (loaded_bytes(frame) - before)) / atlas->slot_bytes;
+        const struct vr_residency_limit limit = {room ? room : 1, frame->deadline_ns};
+        if ((result = vr_residency_bring(frame->residency, &m->rays.feedback, &limit, &wanted, err)))
+            return result;
+        m->ahead = choose_ahead(m->ahead, wanted, atlas->count);
+        const uint64_t spent = loaded_bytes(frame) - before;
+        frame->final =
+            (frame->deadline_ns == UINT64_MAX || brick_now_ns() + m->look_ns < frame->deadline_ns) &&
+            (frame->upload_bytes == UINT64_MAX || spent + atlas->slot_bytes <= frame->upload_bytes);
+        if (!frame->final)
+            return BRICK_OK;
+    }
+}
+
+/* What is not final yet, as far as it can be seen by what is in the GPU cache. */
+static int look(struct vr_march *m, const struct vr_frame *frame, const struct vr_program_source *source,
+                const char *defines, struct brick_image *image, struct brick_error *err)
+{
+    const uint64_t start_ns = brick_now_ns();
+    struct vr_uniforms u;
+    char stand_in[256];
+    uint64_t samples = 0;
+    snprintf(stand_in, sizeof stand_in, "#define STAND_IN %d\n#undef PREINTEGRATED\n%s", BRICK_MAX_LEVELS,
+             defines);
+    int result = rays_resize(&m->look, frame->context, image, 0, err);
+    if (result || (result = use_program(frame, source, stand_in, &u, err)) ||
+        (result = set_scene(frame, &m->look, &u, err)))
+        return result;
+    vr_frame_set_stand_ins(frame, &u);
+    for (int p = m->part; p < part_count(image) && !result; p++) {
+        const struct part part = part_of(image, p);
+        bool resume = p == m->part && m->resume, unfinished = true;
+        all_unfinished(&m->look);
+        if (resume) {
+            memcpy(m->look.feedback.words, m->rays.feedback.words, TILES * sizeof *m->look.feedback.words);
+            vr_target_copy(&m->look.target, frame->context, &m->rays.target, part.width, part.height);
+        }
+        while (!result && unfinished) {
+            result = pass(&m->look, frame, &u, &part, resume, &unfinished, err);
+            resume = true;
+        }
+        if (!result)
+            result = read_part(&m->look, frame, &part, image, &samples, err);
+    }
+    m->look_ns = brick_now_ns() - start_ns;
     return result;
 }
 
-int vr_march_draw(struct vr_march *m, const struct vr_frame *frame, const struct vr_program_source *source,
+int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_program_source *source,
                   const char *defines, struct brick_image *image, struct vr_report *report,
                   struct brick_error *err)
 {
     const struct brick_level *level = frame->level;
-    const double termination = frame->quality->termination;
-    struct vr_uniforms uniforms;
-    int result;
-
+    struct vr_uniforms u = {.gl = &frame->context->gl};
     if (frame->scene->clip_count > 0)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
                           "marched rays are not cut at clip planes; methods slices and exact do that");
@@ -151,29 +261,29 @@ int vr_march_draw(struct vr_march *m, const struct vr_frame *frame, const struct
         return brick_fail(
             err, BRICK_ERR_UNSUPPORTED,
             "marched rays emit colour scaled by extinction only; methods slices and exact do both");
-    if ((result = vr_feedback_resize(&m->feedback, frame->context,
-                                     (TARGET_EDGE / VR_TARGET_TILE) * (TARGET_EDGE / VR_TARGET_TILE),
-                                     level->bricks[0] * level->bricks[1] * level->bricks[2], err)) ||
-        (result = use_program(frame, source, defines, &uniforms, err)))
-        return result;
-    vr_frame_set_rays(frame, &uniforms);
-    vr_frame_set_field(frame, &uniforms);
-    vr_frame_set_shading(frame, &uniforms);
-    if (frame->scene->mode == BRICK_MODE_ISO)
-        set_surface(frame, &uniforms);
-    else if ((result = vr_frame_set_transfer(frame, &uniforms, err)))
-        goto done;
-    if (frame->scene->mode == BRICK_MODE_MIP)
-        vr_set_float(&uniforms, "unit_mm", frame->scene->transfer->unit_mm);
-    /* A ray ends where exp(-depth) falls below the threshold. */
-    vr_set_float(&uniforms, "depth_end", termination > 0.0 ? -log(termination) : FLT_MAX);
-    result = draw_parts(m, frame, &uniforms, image, report, err);
-done:
-    uniforms.gl->UseProgram(0);
+    int result = rays_resize(&m->rays, frame->context, image,
+                             level->bricks[0] * level->bricks[1] * level->bricks[2], err);
+    if (!result && (frame->deadline_ns != UINT64_MAX || frame->upload_bytes != UINT64_MAX))
+        result = vr_residency_stand_in(frame->residency, err);
+    if (!frame->begun) {
+        m->part = 0;
+        m->resume = false;
+    }
+    const uint64_t before = loaded_bytes(frame);
+    if (!result && !(result = use_program(frame, source, defines, &u, err)))
+        result = set_scene(frame, &m->rays, &u, err);
+    while (!result && frame->final && m->part < part_count(image)) {
+        result = draw_part(m, frame, &u, before, image, report, err);
+        m->part += frame->final;
+    }
+    if (!result && !frame->final)
+        result = look(m, frame, source, defines, image, err);
+    u.gl->UseProgram(0);
     return result;
 }
 
 void vr_march_finish(struct vr_march *m, struct vr_context *context)
 {
-    vr_feedback_finish(&m->feedback, context);
+    rays_finish(&m->rays, context);
+    rays_finish(&m->look, context);
 }

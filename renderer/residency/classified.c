@@ -1,39 +1,30 @@
-/* A copy of the transfer function's knots: its address says nothing, since callers may fill it anew. */
+/* Two queries classify alike when mode, isovalue and transfer function are the same, whatever the level. */
 #include "classified.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* NULL where the bits do not depend on it. */
-static const struct brick_transfer *transfer_of(const struct brick_active_query *q)
+static bool same(const struct vr_classified *c, const struct brick_active_query *q, size_t count)
 {
-    return q->mode != BRICK_MODE_ISO ? q->transfer : NULL;
-}
-
-static bool same(const struct vr_classified *c, const struct brick_active_query *q)
-{
-    const struct brick_transfer *t = transfer_of(q);
-    if (!c->number || c->mode != q->mode || (q->mode == BRICK_MODE_ISO && c->isovalue != q->isovalue))
-        return false;
-    return t ? c->count == t->count && c->emission == t->emission &&
-                   !memcmp(c->knots, t->knots, t->count * sizeof *c->knots)
-             : !c->count;
+    return c->number && c->mode == q->mode && (q->mode != BRICK_MODE_ISO || c->isovalue == q->isovalue) &&
+           c->count == count &&
+           (!count || (c->emission == q->transfer->emission &&
+                       !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots)));
 }
 
 int vr_classified_set(struct vr_classified *c, const struct brick_active_query *q, struct brick_error *err)
 {
-    const struct brick_transfer *t = transfer_of(q);
-    struct brick_transfer_knot *knots = NULL;
-    if (same(c, q))
+    const size_t count = q->transfer && q->mode != BRICK_MODE_ISO ? q->transfer->count : 0;
+    if (same(c, q, count))
         return BRICK_OK;
-    if (t && !(knots = malloc(t->count * sizeof *knots)))
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a transfer function of %zu knots", t->count);
-    if (t)
-        memcpy(knots, t->knots, t->count * sizeof *knots);
+    struct brick_transfer_knot *knots = count ? malloc(count * sizeof *knots) : NULL;
+    if (count && !knots)
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a transfer function of %zu knots", count);
+    if (count)
+        memcpy(knots, q->transfer->knots, count * sizeof *knots);
     free(c->knots);
-    *c = (struct vr_classified){c->number + 1, q->mode,
-                                q->isovalue,   t ? t->emission : BRICK_EMISSION_SCALED,
-                                knots,         t ? t->count : 0};
+    const enum brick_emission emission = count ? q->transfer->emission : BRICK_EMISSION_SCALED;
+    *c = (struct vr_classified){c->number + 1, q->mode, q->isovalue, emission, knots, count};
     return BRICK_OK;
 }
 

@@ -2,11 +2,12 @@
 #ifndef RENDERER_RESIDENCY_CLASSIFIED_H
 #define RENDERER_RESIDENCY_CLASSIFIED_H
 
+#include <stdbool.h>
+
 #include <brick/active.h>
 
-/* One of zeros has classified nothing. */
 struct vr_classified {
-    uint64_t number; /* another after every change; 0: nothing yet */
+    uint64_t number; /* grows with every change; 0: none yet */
     enum brick_mode mode;
     double isovalue;
     enum brick_emission emission;
@@ -14,9 +15,9 @@ struct vr_classified {
     size_t count;
 };
 
-/* Take over what the query asks for, its level apart. */
-int vr_classified_set(struct vr_classified *classified, const struct brick_active_query *query,
+/* One of zeros is empty. */
+int vr_classified_set(struct vr_classified *classification, const struct brick_active_query *query,
                       struct brick_error *err);
-void vr_classified_finish(struct vr_classified *classified);
+void vr_classified_finish(struct vr_classified *classification);
 
 #endif

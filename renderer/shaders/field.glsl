@@ -3,9 +3,9 @@
  *
  * Page, one word a brick of the level (residency/page_table.h): bits 30-31 state, 24-29 level, 16-23, 8-15, 0-7 the
  * slot's z, y, x in the atlas. */
-#define STATE_EMPTY    0u
-#define STATE_ABOVE    1u
-#define STATE_RESIDENT 2u
+#define STATE_INACTIVE 0u
+#define STATE_RESIDENT 1u
+#define STATE_WHOLE    2u
 #define STATE_MISSING  3u
 
 uniform usamplerBuffer pages;
@@ -33,12 +33,31 @@ struct Block {
     bool wanted;  /* the brick is resident or missing, whatever the macrocell */
     bool above;   /* iso, inactive: on which side */
     int brick;    /* its place in the page table */
-    int shift;    /* edge of the inactive block, log2 */
+    int shift;    /* edge of the block, log2 */
     ivec3 offset; /* active: atlas texel = voxel + offset */
+#ifdef STAND_IN
+    ivec3 halvings; /* from the level to the brick's own, of which offset counts voxels */
+#endif
 #ifdef PREINTEGRATED
     int lacks;    /* the brick that a gradient must come from, and that is not in the atlas; or -1 */
 #endif
 };
+
+#ifdef STAND_IN
+/* For a look before the end: nothing is waited for. Where a brick is missing a coarser one stands in, or nothing. */
+uniform ivec3 level_halvings[STAND_IN];
+
+void locate_stand_in(inout Block block, uint page, ivec3 slot, ivec3 voxel)
+{
+    block.halvings = ivec3(0);
+    if (!block.missing)
+        return;
+    block.missing = false;
+    block.halvings = level_halvings[page >> 24 & 63u];
+    block.live = block.halvings != ivec3(0);
+    block.offset = slot * slot_size + border - ((voxel >> brick_shift >> block.halvings) << brick_shift);
+}
+#endif
 
 /* The voxel whose brick supplies a cell. */
 ivec3 owner(ivec3 cell)
@@ -59,14 +78,15 @@ Block locate(ivec3 voxel)
     uint page = texelFetch(pages, block.brick).r;
     ivec3 slot = ivec3(page & 255u, page >> 8 & 255u, page >> 16 & 255u);
     ivec3 start = (voxel >> brick_shift) << brick_shift;
-    block.live = page >> 30 == STATE_RESIDENT;
-    block.missing = page >> 30 == STATE_MISSING;
-    block.wanted = page >> 30 >= STATE_RESIDENT;
-    block.above = page >> 30 == STATE_ABOVE;
+    uint state = page >> 30;
+    block.live = state == STATE_RESIDENT || state == STATE_WHOLE;
+    block.missing = state == STATE_MISSING;
+    block.wanted = state != STATE_INACTIVE;
+    block.above = (page & 1u) != 0u;
     block.shift = brick_shift;
     block.offset = slot * slot_size + border - start;
 #ifdef SKIP
-    if (block.live) {
+    if (state == STATE_RESIDENT) {
         ivec3 cell = (voxel - start) >> macro_shift;
         int bit = (cell.z * slot_cells.y + cell.y) * slot_cells.x + cell.x;
         int word = ((slot.z * slots.y + slot.y) * slots.x + slot.x) * 2 * plane_words + (bit >> 5);
@@ -77,6 +97,9 @@ Block locate(ivec3 voxel)
 #endif
         block.shift = macro_shift;
     }
+#endif
+#ifdef STAND_IN
+    locate_stand_in(block, page, slot, voxel);
 #endif
     return block;
 }

@@ -107,11 +107,15 @@ void march(inout March m, Ray ray, uint left)
                 break;
             }
 #endif
-            m.k++;
             left--;
+#ifdef STAND_IN
+            march_to(m, ray, min(samples_in(m.block), ray.count - m.k));
+#else
+            m.k++;
             m.at = fixed_add(m.at, ray.step);
             if (m.k + 1u == ray.count)
                 m.at = ray.last;
+#endif
         } while (m.k < ray.count && left > 0u && !m.alone && owner(m.at.cell) >> m.block.shift == inside);
     }
 }
@@ -174,8 +178,10 @@ void march_store(inout March m, Ray ray, ivec2 pixel)
     imageStore(state_image, pixel, state_pack(m.state));
     imageStore(progress_image, pixel, uvec4(m.k, m.fetched, 0u, 0u));
     mark_unfinished(pixel);
+#ifndef STAND_IN
     if (ended || m.waits)
         want(m.block.brick, WANT_NEEDED);
     if (m.waits)
         want_ahead(ray, m.k, m.at, m.block.brick);
+#endif
 }
