@@ -404,9 +404,9 @@ int cmd_render(int argc, char **argv)
          .help = "end a ray when less than T gets through (default 1e-4)"},
         {"classification", .value = "WHEN", .parse = tool_parse_choice, .target = &r.classification,
          .given = &r.has_classification, .limits = {.choices = classifications},
-         .help = "post (default): the value at each sample; preintegrated:\nall values between two samples, "
-                 "steps up to a "
-                 "voxel"},
+         .help = "post (default): the value at each sample; pre: voxels\n(slices); preintegrated: all values "
+                 "between two "
+                 "samples,\nsteps up to a voxel (raycast)"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
