@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "method.h"
+#include "scene.h"
 
 struct vr_renderer {
     const struct brick_volume *volume;
@@ -104,13 +105,17 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     if (scene->level >= grid->levels)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "level %u does not exist; the volume has %u", scene->level,
                           grid->levels);
+    if ((scene->clip_count && !methods[quality->method]->clips) ||
+        (scene->mesh_count && !methods[quality->method]->meshes))
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method draws no %s; others do",
+                          scene->clip_count && !methods[quality->method]->clips ? "clip planes" : "meshes");
     if (!(quality->step_vox > 0.0) || !isfinite(quality->step_vox))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g voxels; it must be above 0",
                           quality->step_vox);
     if (!(quality->termination >= 0.0 && quality->termination < 1.0))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a termination at %g; it must be in [0, 1)",
                           quality->termination);
-    return BRICK_OK;
+    return vr_scene_check_parts(scene, err);
 }
 
 int vr_render_begin(struct vr_renderer *r, const struct vr_scene *scene, const struct vr_quality *quality,

@@ -21,6 +21,7 @@
     X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                                               \
     X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
     X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                                                                 \
+    X(PFNGLCLEARBUFFERUIVPROC, ClearBufferuiv)                                                               \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
     X(PFNGLCOPYIMAGESUBDATAPROC, CopyImageSubData)                                                           \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
@@ -36,6 +37,7 @@
     X(PFNGLDEPTHMASKPROC, DepthMask)                                                                         \
     X(PFNGLDISABLEPROC, Disable)                                                                             \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
+    X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
     X(PFNGLENABLEPROC, Enable)                                                                               \
     X(PFNGLENDQUERYPROC, EndQuery)                                                                           \
     X(PFNGLFLUSHPROC, Flush)                                                                                 \

@@ -178,6 +178,18 @@ static uint64_t loaded_bytes(const struct vr_frame *frame)
     return counters.bricks_loaded * vr_residency_atlas(frame->residency)->slot_bytes;
 }
 
+/* Meshes of a part, if there are any, before its rays; then back to the program of u. */
+static int draw_meshes(const struct vr_frame *frame, const struct vr_uniforms *u, const struct part *part,
+                       struct brick_error *err)
+{
+    if (!frame->scene->mesh_count)
+        return BRICK_OK;
+    int result = vr_meshes_draw(frame, part->x, part->y, err);
+    u->gl->UseProgram(u->program);
+    vr_meshes_use(frame, u);
+    return result;
+}
+
 /* The part in work, pass after pass, until all its rays have ended or the budget is used up. before: bytes
  * loaded before this call. */
 static int draw_part(struct vr_march *m, struct vr_frame *frame, const struct vr_uniforms *u, uint64_t before,
@@ -189,11 +201,14 @@ static int draw_part(struct vr_march *m, struct vr_frame *frame, const struct vr
         all_unfinished(&m->rays);
         m->ahead = 1;
     }
+    int result = draw_meshes(frame, u, &part, err);
+    if (result)
+        return result;
     for (;;) {
         bool unfinished;
         uint64_t wanted;
         vr_set_int(u, "look_ahead", m->ahead);
-        int result = pass(&m->rays, frame, u, &part, m->resume, &unfinished, err);
+        result = pass(&m->rays, frame, u, &part, m->resume, &unfinished, err);
         report->passes++;
         if (result)
             return result;
@@ -237,6 +252,7 @@ static int look(struct vr_march *m, const struct vr_frame *frame, const struct v
             memcpy(m->look.feedback.words, m->rays.feedback.words, TILES * sizeof *m->look.feedback.words);
             vr_target_copy(&m->look.target, frame->context, &m->rays.target, part.width, part.height);
         }
+        result = draw_meshes(frame, &u, &part, err);
         while (!result && unfinished) {
             result = pass(&m->look, frame, &u, &part, resume, &unfinished, err);
             resume = true;
@@ -254,9 +270,6 @@ int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_pr
 {
     const struct brick_level *level = frame->level;
     struct vr_uniforms u = {.gl = &frame->context->gl};
-    if (frame->scene->clip_count > 0)
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "marched rays are not cut at clip planes; methods slices and exact do that");
     if (frame->scene->transfer && frame->scene->transfer->emission != BRICK_EMISSION_SCALED)
         return brick_fail(
             err, BRICK_ERR_UNSUPPORTED,
@@ -265,6 +278,8 @@ int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_pr
                              level->bricks[0] * level->bricks[1] * level->bricks[2], err);
     if (!result && (frame->deadline_ns != UINT64_MAX || frame->upload_bytes != UINT64_MAX))
         result = vr_residency_stand_in(frame->residency, err);
+    if (!result && frame->scene->mesh_count)
+        result = vr_meshes_begin(frame, m->rays.target.width, m->rays.target.height, err);
     if (!frame->begun) {
         m->part = 0;
         m->resume = false;

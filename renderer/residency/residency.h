@@ -47,7 +47,8 @@ struct vr_residency_limit {
 /* After a pass: bring what its rays want, the nearest first, as far as there are slots. *wanted: how many
  * distinct bricks were asked for. If a ray waits for a brick, then of those that are waited for the nearest
  * is resident afterwards, or, with a deadline, after as many calls as it takes. Errors of reading bricks as
- * they are; the residency is then as usable as before. */
+ * they are; the residency is then as usable as before. A brick in which nothing is visible may be asked for
+ * too, and counts as active until the classification changes. */
 int vr_residency_bring(struct vr_residency *residency, const struct vr_feedback *feedback,
                        const struct vr_residency_limit *limit, uint64_t *wanted, struct brick_error *err);
 /* From here to the next vr_residency_hold, or the next picture of another level or classification, pages of

@@ -113,7 +113,7 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
     s.lacks = false;
     if (!known || !s.known)
         return false;
-    Stretch part = stretch_of(front, s.front, k + 1u == ray.count ? ray.last_length_mm : ray.length_mm);
+    Stretch part = stretch_of(front, s.front, ray_length(ray, k));
     if (!(part.depth > 0.0))
         return false;
     float alpha = opacity(part.depth);
@@ -146,7 +146,7 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 #if MODE == MODE_SHADED
     rgb = shade(rgb, gradient_in(block, cell_gradient(c, texel, f)), ray.view);
 #endif
-    precise float x = sigma * (k + 1u == ray.count ? ray.last_length_mm : ray.length_mm);
+    precise float x = sigma * ray_length(ray, k);
 #ifdef STAND_IN
     x *= float(samples_in(block));
 #endif

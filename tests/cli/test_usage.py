@@ -5,7 +5,7 @@ import re
 
 import cli
 
-COMMANDS = ["convert", "info", "verify", "export", "render", "compare", "synth", "bench render", "bench isotrace", "bench convert",
+COMMANDS = ["convert", "info", "verify", "repair", "export", "render", "compare", "synth", "bench render", "bench isotrace", "bench convert",
             "bench codecs"]
 
 
@@ -88,10 +88,16 @@ class Usage(cli.Case):
             ("preclassified", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--mode", "mip", "--field",
                                "preclassified"]),
             ("--field", ["render", "a.brick", "-o", "a.exr", "--field", "tetrahedra"]),
-            ("--clip", ["render", "a.brick", "-o", "a.exr", "--clip", "1,0,0,5"]),
+            ("--clip", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1", "--clip",
+                        "1,0,0,5"]),
+            ("--mesh", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1", "--mesh",
+                        "a.ply"]),
+            ("six numbers", ["render", "a.brick", "-o", "a.exr", "--clip-box", "0,1,0,1,0"]),
+            ("start", ["render", "a.brick", "-o", "a.exr", "--clip-box", "0,1,0,1,2,1"]),
             ("four numbers", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--clip", "1,0,0"]),
             ("normal", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--clip", "0,0,0,1"]),
-            ("6 times", ["render", "a.brick", "-o", "a.exr", "--method", "exact", *["--clip", "1,0,0,5"] * 7]),
+            ("12 clip planes", ["render", "a.brick", "-o", "a.exr", *["--clip", "1,0,0,5"] * 7, "--clip-box",
+                                "0,1,0,1,0,1"]),
             ("exact", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--step", "0.5"]),
             ("exact", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--context", "egl"]),
             ("--mode iso only", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace"]),

@@ -8,6 +8,7 @@
 #include <brick/active.h>
 #include <brick/camera.h>
 #include <brick/image.h>
+#include <brick/mesh.h>
 #include <brick/transfer.h>
 #include <brick/volume.h>
 
@@ -18,7 +19,14 @@ struct vr_plane {
     double normal[3]; /* of any length but 0 */
     double offset_mm; /* times the normal's length */
 };
-#define VR_MAX_CLIP_PLANES 6
+#define VR_MAX_CLIP_PLANES 12
+
+/* Opaque triangles, seen from both sides and shaded as the volume is. */
+struct vr_mesh {
+    const struct brick_mesh *mesh; /* the caller's; lives for the call */
+    double rgb[3];                 /* linear, [0,1]; of vertices without colours */
+};
+#define VR_MAX_MESHES 16
 
 /* What is in the picture. Plain values; the transfer function stays the caller's and lives for the call. */
 struct vr_scene {
@@ -32,9 +40,13 @@ struct vr_scene {
     uint32_t level;
     /* Blinn-Phong, headlight, two-sided (shaded, iso). */
     double ambient, diffuse, specular, shininess;
-    /* Only what all of them keep is there; an isosurface has no caps where it is cut. */
+    /* Only what all of them keep of the volume is there; an isosurface has no caps where it is cut. */
     struct vr_plane clip[VR_MAX_CLIP_PLANES];
     uint32_t clip_count;
+    /* Whole, whether inside the volume or not: what lies behind one on a ray is hidden. Vertices without
+     * normals get their triangle's. */
+    const struct vr_mesh *meshes; /* the caller's; lives for the call */
+    uint32_t mesh_count;
 };
 extern const struct vr_scene vr_scene_defaults;
 
@@ -125,7 +137,7 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  *
  * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
  * sizes of the caches. Pre-integrated classification goes with dvr and shaded, and with steps that move by a
- * voxel of the level at most along each of its axes. No clip planes.
+ * voxel of the level at most along each of its axes.
  *
  * slices: planes of one depth each, blended brick by brick in batches that the cache holds; the same bytes
  * for all sizes of the caches and bricks. No isosurfaces. Pre-classified voxels go with dvr; the GPU's cache
@@ -140,9 +152,9 @@ int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const 
  * untouched since the last. The final picture has the bytes of vr_render, which is begin, and continue
  * without a budget.
  *
- * scene->transfer lives until the picture is final or another begins. report counts from begin on. After an
- * error of continue, or a final picture, the next call is begin. Methods other than raycasting know no
- * budget: their first picture is final. */
+ * scene->transfer and scene->meshes live until the picture is final or another begins. report counts from
+ * begin on. After an error of continue, or a final picture, the next call is begin. Methods other than
+ * raycasting know no budget: their first picture is final. */
 struct vr_budget {
     double seconds;        /* kept but for a pass over the rays and a look; 0: any */
     uint64_t upload_bytes; /* of bricks into the GPU cache, one brick at least and those that stand in apart;
@@ -172,8 +184,8 @@ struct vr_exact_params {
     unsigned threads;
     double tolerance; /* absolute, per channel and ray */
     enum vr_field field;
-    double *hit_mm; /* iso: t of every pixel's hit (brick/camera.h), infinite where there is none; width *
-                       height, the caller's; NULL: not wanted */
+    double *hit_mm; /* iso: t of every pixel's hit of the surface (brick/camera.h), infinite where there is
+                       none; width * height, the caller's; NULL: not wanted */
 };
 extern const struct vr_exact_params vr_exact_defaults;
 int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *scene,
@@ -234,8 +246,8 @@ int vr_isotracer_create(struct vr_isotracer **tracer, const struct brick_volume 
 void vr_isotracer_destroy(struct vr_isotracer **tracer);
 
 /* image has scene->width x scene->height. BRICK_ERR_ARGUMENT for what the structs above exclude, and
- * BRICK_ERR_UNSUPPORTED for clip planes, and the errors of reading bricks. report->samples counts the cells
- * whose cubic was formed. */
+ * BRICK_ERR_UNSUPPORTED for clip planes and meshes, and the errors of reading bricks. report->samples counts
+ * the cells whose cubic was formed. */
 int vr_render_isotrace(struct vr_isotracer *tracer, const struct vr_scene *scene,
                        const struct vr_isotrace_params *params, struct brick_image *image,
                        struct vr_report *report, struct brick_error *err);

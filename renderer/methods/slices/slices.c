@@ -452,4 +452,5 @@ const struct vr_method_row vr_slices = {.state_bytes = sizeof(struct slices),
                                         .draw = draw,
                                         .finish = finish,
                                         .texels = find_texels,
-                                        .filters = true};
+                                        .filters = true,
+                                        .clips = true};
