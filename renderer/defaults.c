@@ -18,6 +18,7 @@ const struct vr_quality vr_quality_defaults = {
     .termination = 1e-4,
     .skip = true,
     .refinements = 8,
+    .slices = {.planes = VR_PLANES_PAPER, .framebuffer = VR_FRAMEBUFFER_32F, .classified_bits = 32},
 };
 
 const struct vr_renderer_params vr_renderer_defaults = {

@@ -29,6 +29,7 @@ struct vr_renderer {
 
 static const struct vr_method_row *const methods[VR_METHODS] = {
     [VR_METHOD_RAYCAST] = &vr_raycast,
+    [VR_METHOD_SLICES] = &vr_slices,
     [VR_METHOD_CELLS] = &vr_cells,
 };
 
@@ -107,9 +108,13 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
                           grid->levels);
     if ((scene->clip_count && !methods[quality->method]->clips) ||
         (scene->mesh_count && !methods[quality->method]->meshes))
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "this method draws no %s; raycast and the exact method do",
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method draws no %s; others do",
                           scene->clip_count && !methods[quality->method]->clips ? "clip planes" : "meshes");
+    if (scene->mode != BRICK_MODE_ISO && scene->transfer->emission == BRICK_EMISSION_INDEPENDENT &&
+        !methods[quality->method]->independent)
+        return brick_fail(
+            err, BRICK_ERR_UNSUPPORTED,
+            "this method emits colour scaled by extinction only; methods slices and exact do both");
     if (!(quality->step_vox > 0.0) || !isfinite(quality->step_vox))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g voxels; it must be above 0",
                           quality->step_vox);
@@ -128,8 +133,10 @@ int vr_render_begin(struct vr_renderer *r, const struct vr_scene *scene, const s
     if (result)
         return result;
     close_picture(r);
+    const struct vr_method_row *method = methods[quality->method];
+    const struct vr_texels *texels = NULL;
     void **state = &r->state[quality->method];
-    if (!*state && !(*state = calloc(1, methods[quality->method]->state_bytes)))
+    if (!*state && !(*state = calloc(1, method->state_bytes)))
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a method's state");
     if ((result = vr_context_bind(r->context, err)))
         return result;
@@ -140,6 +147,8 @@ int vr_render_begin(struct vr_renderer *r, const struct vr_scene *scene, const s
     r->drawn = (struct vr_report){0};
     r->open = true;
     if ((result = vr_frame_init(&r->frame, &r->scene, &r->quality, err)) ||
+        (method->texels && (result = method->texels(*state, &r->frame, &texels, err))) ||
+        (result = vr_residency_set_texels(r->residency, texels, err)) ||
         (result = vr_residency_begin(r->residency, &query, &scene->camera, err)))
         close_picture(r);
     vr_context_unbind(r->context);

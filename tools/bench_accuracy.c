@@ -51,6 +51,31 @@ static struct vr_quality *add(struct bench *b, const char *name, enum vr_method 
     return &v->quality;
 }
 
+static struct vr_quality *add_slices(struct bench *b, const char *name, enum vr_field field, double order)
+{
+    struct vr_quality *quality = add(b, name, VR_METHOD_SLICES, field, order, true);
+    quality->slices.planes = 0; /* as the step says */
+    return quality;
+}
+
+/* Pre-classified voxels: opacities of slices are interpolated and not extinction, order 1. Rounding has none.
+ */
+static void list_slices(struct bench *b, double order)
+{
+    add_slices(b, "slices", VR_FIELD_TRILINEAR, order);
+    add_slices(b, "slices, termination 1e-2", VR_FIELD_TRILINEAR, 0)->termination = 1e-2;
+    add_slices(b, "slices, point", VR_FIELD_TRILINEAR, 0)->slices.interpolation = VR_INTERPOLATION_POINT;
+    add_slices(b, "slices, framebuffer 8", VR_FIELD_TRILINEAR, 0)->slices.framebuffer = VR_FRAMEBUFFER_8;
+    add_slices(b, "slices, framebuffer 16f", VR_FIELD_TRILINEAR, 0)->slices.framebuffer = VR_FRAMEBUFFER_16F;
+    for (uint32_t bits = 8; bits <= 32 && b->scene.mode == BRICK_MODE_DVR; bits *= 2) {
+        static const char *const names[] = {"slices, pre 8", "slices, pre 16", "slices, pre 32"};
+        struct vr_quality *quality =
+            add_slices(b, names[bits / 16], VR_FIELD_PRECLASSIFIED, bits == 32 ? 1.0 : 0.0);
+        quality->classification = VR_CLASSIFY_PRE;
+        quality->slices.classified_bits = bits;
+    }
+}
+
 /* What is compared. Orders: midpoint samples have order 2 where the integrand is smooth; shading has
  * directions that jump where the gradient vanishes, and order 1.5 (docs/accuracy.md). */
 static void list_variants(struct bench *b)
@@ -59,6 +84,7 @@ static void list_variants(struct bench *b)
     add(b, "raycast", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true);
     add(b, "raycast, termination 1e-2", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-2;
     add(b, "raycast, termination 1e-4", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-4;
+    list_slices(b, order);
     add(b, "raycast, pre-integrated", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true)->classification =
         VR_CLASSIFY_PREINTEGRATED;
 }

@@ -14,13 +14,14 @@
 #include "render.h"
 #include "render_report.h"
 
-/* Mode, method, field, classification and context are in the order of their enums. */
+/* Mode, method, field, classification, emission and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
-static const char *const methods[] = {"raycast", "cells", "isotrace", "exact", NULL};
+static const char *const methods[] = {"raycast", "slices", "cells", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const integrations[] = {"prefix", "exact", "psi", "exp", "average", "scalar", NULL};
 static const char *const classifications[] = {"post", "pre", "preintegrated", NULL};
+static const char *const emissions[] = {"scaled", "independent", NULL};
 static const char *const filters[] = {"exact", "fast", NULL};
 
 /* -1, or the exit code of a usage error. */
@@ -67,10 +68,11 @@ static int check_classification(const struct tool_request *request)
 {
     if (request->has_classification && request->method >= VR_METHODS)
         return tool_misuse("render", "--classification goes with the methods on the GPU");
-    if (request->classification == VR_CLASSIFY_PRE)
-        return tool_misuse(
-            "render", "--classification pre: no method here classifies voxels; preintegrated and post do "
-                      "values");
+    if (request->classification == VR_CLASSIFY_PRE &&
+        (request->method != VR_METHOD_SLICES || request->mode != BRICK_MODE_DVR))
+        return tool_misuse("render", "--classification pre goes with --method slices and --mode dvr");
+    if (request->slices.has_bits && request->classification != VR_CLASSIFY_PRE)
+        return tool_misuse("render", "--classified-bits goes with --classification pre");
     if (request->classification == VR_CLASSIFY_PREINTEGRATED && request->mode != BRICK_MODE_DVR &&
         request->mode != BRICK_MODE_SHADED)
         return tool_misuse("render", "--classification preintegrated goes with --mode dvr or shaded");
@@ -113,6 +115,14 @@ static int check_request(const struct tool_request *request)
     }
     if (request->method >= VR_METHODS && (request->filter == VR_FILTER_FAST || request->budget.seconds > 0.0))
         return tool_misuse("render", "--filter fast and --budget go with methods on the GPU");
+    const bool slices = request->method == VR_METHOD_SLICES;
+    if (request->has_emission && ((!slices && request->method != METHOD_EXACT) ||
+                                  (request->mode != BRICK_MODE_DVR && request->mode != BRICK_MODE_SHADED)))
+        return tool_misuse("render", "--emission goes with --method slices or exact, --mode dvr or shaded");
+    const char *wrong =
+        tool_slices_check(&request->slices, slices, request->has_step, request->has_termination);
+    if (wrong)
+        return tool_misuse("render", "%s", wrong);
     int code = check_cells(request);
     if (code < 0)
         code = check_classification(request);
@@ -220,6 +230,7 @@ int cmd_render(int argc, char **argv)
         .renderer = vr_renderer_defaults,
         .image = fmt_image_defaults,
         .isotrace = vr_isotrace_defaults,
+        .slices = TOOL_SLICES_DEFAULTS,
         .up = {0, 0, 1},
         .mesh_rgb = {0.25, 0.5, 0.8},
         .opacity = 1.0,
@@ -252,9 +263,10 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help = "raycast (default), cells: projected tetrahedra, isotrace:\nisosurfaces, ray traced on the "
-                 "CPU, or "
-                 "exact: no step\nsize, right to 1e-10, on the CPU"},
+         .help = "raycast (default), slices: planes, blended, cells:\nprojected tetrahedra, isotrace: "
+                 "isosurfaces, ray traced "
+                 "on\nthe CPU, or exact: no step size, right to 1e-10, on the\nCPU"},
+        TOOL_SLICES_OPTIONS(&r.slices),
         {"cells-integration", .value = "HOW", .parse = tool_parse_choice, .target = &r.integration,
          .given = &r.has_integration, .limits = {.choices = integrations},
          .help = "cells: in each tetrahedron prefix (default), exact or psi,\nor of its ends exp, average, "
@@ -262,6 +274,11 @@ int cmd_render(int argc, char **argv)
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
+        {"emission", .value = "HOW", .parse = tool_parse_choice, .target = &r.emission,
+         .given = &r.has_emission, .limits = {.choices = emissions},
+         .help =
+             "slices, exact: colour scaled by extinction (default), or\nindependent of it, so much a unit of "
+             "length"},
         {"clip", .value = "A,B,C,D", .parse = tool_parse_list, .target = &r.clip,
          .help = "keep A x + B y + C z >= D of the volume, in mm; may be\nrepeated"},
         {"clip-box", .value = "X0,X1,Y0,Y1,Z0,Z1", .parse = tool_parse_box, .target = r.clip_box,
@@ -294,9 +311,9 @@ int cmd_render(int argc, char **argv)
          .help = "end a ray when less than T gets through (default 1e-4)"},
         {"classification", .value = "WHEN", .parse = tool_parse_choice, .target = &r.classification,
          .given = &r.has_classification, .limits = {.choices = classifications},
-         .help = "post (default): the value at each sample; preintegrated:\nall values between two samples, "
-                 "steps up to a "
-                 "voxel"},
+         .help = "post (default): the value at each sample; pre: voxels\n(slices); preintegrated: all values "
+                 "between two "
+                 "samples,\nsteps up to a voxel (raycast)"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
@@ -348,6 +365,7 @@ int cmd_render(int argc, char **argv)
     r.scene.height = size[1];
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
+    r.quality.slices = tool_slices_quality(&r.slices, r.has_step);
     r.quality.classification = (enum vr_classification)r.classification;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;

@@ -7,6 +7,7 @@
 
 #include "cameras.h"
 #include "parse.h"
+#include "slices_options.h"
 
 /* The GPU's, in the order of enum vr_method, then those on the CPU. */
 enum { METHOD_ISOTRACE = VR_METHODS, METHOD_EXACT };
@@ -25,11 +26,12 @@ struct tool_request {
     double clip_box[3][2], mesh_rgb[3];
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, context, field, filter, integration, classification;
+    struct tool_slices slices;
+    int mode, method, context, field, filter, integration, classification, emission;
     double orbit[2], eye[3], look[3], up[3], fov, ortho, opacity;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_opacity, has_clip_box, has_integration, has_classification, no_skip, json, quiet;
+    bool has_opacity, has_emission, has_clip_box, has_integration, has_classification, no_skip, json, quiet;
 };
 
 /* A picture for every camera, written to every output; reports: one each. *final: no frame's budget was used

@@ -12,7 +12,7 @@
  * little room left covers the clamp of A at 1 - 2^-24.
  *
  * Invariants: values ascend; at most two knots share a value, and then the second holds at it. Extinction is
- * not negative, so it is zero inside a piece only when it is at both ends. */
+ * not negative, and nor is colour, so each is zero inside a piece only when it is at both ends. */
 #include <brick/transfer.h>
 
 #include <math.h>
@@ -110,15 +110,21 @@ static void add_support(struct brick_transfer *t, double lo, double hi)
         t->support[t->support_count++] = (struct brick_interval){lo, hi};
 }
 
+static bool shows(const struct brick_transfer *t, const struct brick_transfer_knot *k)
+{
+    bool glows = k->r > 0.0 || k->g > 0.0 || k->b > 0.0;
+    return k->sigma > 0.0 || (t->emission == BRICK_EMISSION_INDEPENDENT && glows);
+}
+
 static void find_support(struct brick_transfer *t)
 {
     const struct brick_transfer_knot *k = t->knots;
-    if (k[0].sigma > 0.0)
+    if (shows(t, &k[0]))
         add_support(t, -INFINITY, k[0].value);
     for (size_t i = 0; i + 1 < t->count; i++)
-        if (k[i].value < k[i + 1].value && (k[i].sigma > 0.0 || k[i + 1].sigma > 0.0))
+        if (k[i].value < k[i + 1].value && (shows(t, &k[i]) || shows(t, &k[i + 1])))
             add_support(t, k[i].value, k[i + 1].value);
-    if (k[t->count - 1].sigma > 0.0)
+    if (shows(t, &k[t->count - 1]))
         add_support(t, k[t->count - 1].value, INFINITY);
 }
 
@@ -132,19 +138,19 @@ static void add_visible(struct brick_transfer *t, double lo, double hi)
         t->visible[t->visible_count++] = (struct brick_interval){lo, hi};
 }
 
-/* A piece holds its left end and not its right one, which is the next piece's; inside it extinction is zero
- * nowhere or everywhere. A piece between neighbouring doubles that is zero at its left end becomes an
+/* A piece holds its left end and not its right one, which is the next piece's; inside it something shows
+ * nowhere or everywhere. A piece between neighbouring doubles where nothing shows at its left end becomes an
  * interval with lo > hi, which still meets just the ranges that hold both. */
 static void find_visible(struct brick_transfer *t)
 {
     const struct brick_transfer_knot *k = t->knots;
-    if (k[0].sigma > 0.0)
+    if (shows(t, &k[0]))
         add_visible(t, -INFINITY, nextafter(k[0].value, -INFINITY));
     for (size_t i = 0; i + 1 < t->count; i++)
-        if (k[i].value < k[i + 1].value && (k[i].sigma > 0.0 || k[i + 1].sigma > 0.0))
-            add_visible(t, k[i].sigma > 0.0 ? k[i].value : nextafter(k[i].value, INFINITY),
+        if (k[i].value < k[i + 1].value && (shows(t, &k[i]) || shows(t, &k[i + 1])))
+            add_visible(t, shows(t, &k[i]) ? k[i].value : nextafter(k[i].value, INFINITY),
                         nextafter(k[i + 1].value, -INFINITY));
-    if (k[t->count - 1].sigma > 0.0)
+    if (shows(t, &k[t->count - 1]))
         add_visible(t, k[t->count - 1].value, INFINITY);
 }
 
@@ -204,13 +210,20 @@ int brick_transfer_create(struct brick_transfer **out, const struct brick_transf
     for (size_t i = 0; i + 1 < t->count; i++)
         if (t->knots[i].value == t->knots[i + 1].value && !same_knot(&t->knots[i], &t->knots[i + 1]))
             t->continuous = false;
-    find_support(t);
-    find_visible(t);
+    brick_transfer_set_emission(t, BRICK_EMISSION_SCALED);
     *out = t;
     return BRICK_OK;
 fail:
     brick_transfer_destroy(&t);
     return result;
+}
+
+void brick_transfer_set_emission(struct brick_transfer *transfer, enum brick_emission emission)
+{
+    transfer->emission = emission;
+    transfer->support_count = transfer->visible_count = 0;
+    find_support(transfer);
+    find_visible(transfer);
 }
 
 void brick_transfer_destroy(struct brick_transfer **transfer)

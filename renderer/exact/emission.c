@@ -6,6 +6,9 @@
  * difference, far above the error of the better one, is held below tolerance times the drop in transmittance
  * over the interval; the drops along a ray sum to at most one, so the errors sum to at most the tolerance.
  *
+ * Colour that is emitted independently of extinction has no such part: all of the integral of w exp(-depth)
+ * is done by quadrature, and the tolerance is shared out by length.
+ *
  * No rule may step over what it cannot see. Intervals are halved to a depth of at most MAX_DEPTH before they
  * are sampled, for the layer where the light is absorbed; and until the normal varies by no more than half of
  * its length, for the place where it turns round: on such an interval the facing ratio is analytic with room
@@ -94,7 +97,8 @@ static double depth_at(const struct vr_piece *p, double x)
 static void evaluate(const struct integrand *f, double x, double y[3])
 {
     const struct vr_cubic *colour = f->piece->rgb;
-    double weight = vr_cubic_eval(&f->piece->sigma, x) * exp(-depth_at(f->piece, x));
+    double sigma = f->piece->glow > 0.0 ? f->piece->glow : vr_cubic_eval(&f->piece->sigma, x);
+    double weight = sigma * exp(-depth_at(f->piece, x));
     if (f->lit) {
         double rgb[3] = {vr_cubic_eval(&colour[0], x), vr_cubic_eval(&colour[1], x),
                          vr_cubic_eval(&colour[2], x)};
@@ -104,7 +108,8 @@ static void evaluate(const struct integrand *f, double x, double y[3])
     } else {
         for (int c = 0; c < 3; c++) {
             const double *k = colour[c].c;
-            y[c] = f->ambient * x * (k[1] + x * (k[2] + x * k[3])) * weight;
+            double varying = f->ambient * x * (k[1] + x * (k[2] + x * k[3]));
+            y[c] = (f->piece->glow > 0.0 ? varying + f->ambient * k[0] : varying) * weight;
         }
     }
 }
@@ -148,8 +153,9 @@ static bool normal_is_steady(const struct vr_light *light, double a, double b)
     return change <= 0.5 * length;
 }
 
-/* The varying part's integral over the piece. */
-static void integrate(const struct integrand *f, double tolerance, uint64_t *evaluations, double total[3])
+/* The varying part's integral over the piece. share: the piece's of the ray's length. */
+static void integrate(const struct integrand *f, double share, double tolerance, uint64_t *evaluations,
+                      double total[3])
 {
     double ends[MAX_HALVINGS + 1]; /* of the intervals still to do, nearest last */
     int left = 1;
@@ -160,6 +166,8 @@ static void integrate(const struct integrand *f, double tolerance, uint64_t *eva
         if (start > OPAQUE_DEPTH)
             break;
         double drop = exp(-start) * fabs(expm1(-depth));
+        if (f->piece->glow > 0.0)
+            drop = share * (b - a);
         bool can_halve = left <= MAX_HALVINGS && b - a > 0x1p-60;
         bool fit = depth <= MAX_DEPTH &&
                    (!f->lit || drop <= NEGLIGIBLE * tolerance || normal_is_steady(f->piece->light, a, b));
@@ -188,11 +196,11 @@ void vr_ray_add_piece(struct vr_ray_integral *ray, const struct vr_piece *piece,
     bool varies = false;
     for (int i = 0; i < 3; i++) {
         f.lit = f.lit || (light && !is_zero(&light->normal[i]));
-        f.still[i] = f.ambient * piece->rgb[i].c[0];
+        f.still[i] = piece->glow > 0.0 ? 0.0 : f.ambient * piece->rgb[i].c[0];
         varies = varies || !is_constant(&piece->rgb[i]);
     }
-    if (f.lit || varies)
-        integrate(&f, tolerance, &ray->evaluations, varying);
+    if (f.lit || varies || piece->glow > 0.0)
+        integrate(&f, piece->length_mm / ray->length_mm, tolerance, &ray->evaluations, varying);
     for (int c = 0; c < 3; c++)
         ray->rgb[c] += transmittance * (f.still[c] * drop + varying[c]);
     ray->depth += depth;

@@ -23,12 +23,15 @@ struct vr_ray_integral {
     double depth;         /* optical depth so far: transmittance is exp(-depth) */
     double rgb[3];        /* emission so far, premultiplied */
     uint64_t evaluations; /* of the emission's integrand */
+    double length_mm;     /* of the whole ray, for its errors to be shared out */
 };
 
 struct vr_piece {
     struct vr_cubic sigma;        /* extinction times the piece's length; not below zero but for rounding */
     struct vr_cubic rgb[3];       /* colour before light */
     const struct vr_light *light; /* of this piece; NULL: unlit */
+    double length_mm;
+    double glow; /* colour is emitted so many times over the piece, evenly; 0: times extinction */
 };
 
 /* tolerance: the emission's error over the whole ray, absolute, per channel, however many pieces it has. */

@@ -27,7 +27,8 @@ static void add_piece(const struct segment *s, double a, double b, size_t n)
 {
     const struct brick_transfer_knot *k0 = &s->transfer->knots[n ? n - 1 : 0];
     const struct brick_transfer_knot *k1 = n && n < s->transfer->count ? k0 + 1 : k0;
-    if (!(b > a) || (k0->sigma == 0.0 && k1->sigma == 0.0))
+    bool glows = s->transfer->emission == BRICK_EMISSION_INDEPENDENT;
+    if (!(b > a) || (!glows && k0->sigma == 0.0 && k1->sigma == 0.0))
         return;
     const double colour[2][3] = {{k0->r, k0->g, k0->b}, {k1->r, k1->g, k1->b}};
     struct vr_cubic part = vr_cubic_part(s->f, a, b);
@@ -35,7 +36,7 @@ static void add_piece(const struct segment *s, double a, double b, size_t n)
     double from_knot = k0 == k1 ? 0.0 : part.c[0] - k0->value;
     double sigma_slope = (k1->sigma - k0->sigma) * per_value, h = s->length_mm * (b - a);
     struct vr_light light;
-    struct vr_piece piece;
+    struct vr_piece piece = {.length_mm = h, .glow = glows ? h / s->transfer->unit_mm : 0.0};
 
     piece.sigma = scaled(&part, h * sigma_slope);
     piece.sigma.c[0] = h * fmax(k0->sigma + from_knot * sigma_slope, 0.0);
@@ -44,7 +45,6 @@ static void add_piece(const struct segment *s, double a, double b, size_t n)
         piece.rgb[c] = scaled(&part, slope);
         piece.rgb[c].c[0] = colour[0][c] + from_knot * slope;
     }
-    piece.light = NULL;
     if (s->light) {
         light = vr_light_part(s->light, a, b);
         piece.light = &light;
@@ -115,9 +115,9 @@ void vr_ray_add(struct vr_ray_integral *ray, const struct brick_transfer *transf
         add_monotone(&segment, cuts[i], cuts[i + 1]);
 }
 
-void vr_ray_add_classified(struct vr_ray_integral *ray, const struct vr_cubic *sigma,
-                           const struct vr_cubic rgb[3], const struct vr_light *light, double length_mm,
-                           double tolerance)
+void vr_ray_add_classified(struct vr_ray_integral *ray, const struct brick_transfer *transfer,
+                           const struct vr_cubic *sigma, const struct vr_cubic rgb[3],
+                           const struct vr_light *light, double length_mm, double tolerance)
 {
     double cuts[7];
     int count = cut_at_kinks(light, cuts);
@@ -125,8 +125,11 @@ void vr_ray_add_classified(struct vr_ray_integral *ray, const struct vr_cubic *s
     for (int i = 0; i < count; i++) {
         double a = cuts[i], b = cuts[i + 1];
         struct vr_cubic part = vr_cubic_part(sigma, a, b);
-        struct vr_piece piece = {.sigma = scaled(&part, length_mm * (b - a))};
+        struct vr_piece piece = {.sigma = scaled(&part, length_mm * (b - a)),
+                                 .length_mm = length_mm * (b - a)};
         struct vr_light lit;
+        if (transfer->emission == BRICK_EMISSION_INDEPENDENT)
+            piece.glow = piece.length_mm / transfer->unit_mm;
         if (light) {
             lit = vr_light_part(light, a, b);
             piece.light = &lit;

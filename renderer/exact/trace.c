@@ -51,16 +51,19 @@ static void add_classified(struct trace *t, const struct vr_step *step, const st
         double voxel[3];
         brick_transfer_eval(t->look->transfer, step->corners.value[i], voxel, &sigma[i]);
         most = fmax(most, sigma[i]);
-        for (int c = 0; c < 3; c++)
+        for (int c = 0; c < 3; c++) {
             rgb[c][i] = voxel[c];
+            if (t->look->transfer->emission == BRICK_EMISSION_INDEPENDENT)
+                most = fmax(most, voxel[c]);
+        }
     }
     if (most == 0.0)
         return;
     struct vr_cubic extinction = vr_cubic_in_cell(sigma, step->enter, step->leave);
     for (int c = 0; c < 3; c++)
         colour[c] = vr_cubic_in_cell(rgb[c], step->enter, step->leave);
-    vr_ray_add_classified(&t->out->light, &extinction, colour, light, step->t1_mm - step->t0_mm,
-                          t->look->tolerance);
+    vr_ray_add_classified(&t->out->light, t->look->transfer, &extinction, colour, light,
+                          step->t1_mm - step->t0_mm, t->look->tolerance);
 }
 
 static int visit_dvr(void *context, struct vr_cells *cells, const struct vr_step *step,
@@ -172,8 +175,10 @@ int vr_trace(const struct vr_look *look, struct vr_cells *cells, const struct br
     struct trace t = {.look = look, .out = traced, .largest = -INFINITY};
     /* What lies behind this depth adds less than a hundredth of the tolerance to any channel. */
     double brightest = look->mode == BRICK_MODE_SHADED ? look->ambient + look->diffuse + look->specular : 1.0;
+    if (look->transfer && look->transfer->emission == BRICK_EMISSION_INDEPENDENT)
+        brightest *= (t_leave_mm - t_enter_mm) / look->transfer->unit_mm;
     t.enough = -log(look->tolerance / 100.0 / fmax(brightest, 1.0));
-    *traced = (struct vr_traced){.hit_mm = INFINITY};
+    *traced = (struct vr_traced){.hit_mm = INFINITY, .light.length_mm = t_leave_mm - t_enter_mm};
     for (int i = 0; i < 3; i++)
         for (int a = 0; a < 3; a++)
             t.view[i] += look->linear[i][a] * ray->direction[a];

@@ -8,17 +8,19 @@
 #define VR_GL_FUNCTIONS(X)                                                                                   \
     X(PFNGLACTIVETEXTUREPROC, ActiveTexture)                                                                 \
     X(PFNGLATTACHSHADERPROC, AttachShader)                                                                   \
+    X(PFNGLBEGINQUERYPROC, BeginQuery)                                                                       \
     X(PFNGLBINDBUFFERPROC, BindBuffer)                                                                       \
     X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                                                             \
     X(PFNGLBINDIMAGETEXTUREPROC, BindImageTexture)                                                           \
     X(PFNGLBINDTEXTUREPROC, BindTexture)                                                                     \
     X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                                                             \
+    X(PFNGLBLENDEQUATIONPROC, BlendEquation)                                                                 \
     X(PFNGLBLENDFUNCPROC, BlendFunc)                                                                         \
     X(PFNGLBUFFERDATAPROC, BufferData)                                                                       \
     X(PFNGLBUFFERSUBDATAPROC, BufferSubData)                                                                 \
     X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                                               \
-    X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                                                                 \
     X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
+    X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                                                                 \
     X(PFNGLCLEARBUFFERUIVPROC, ClearBufferuiv)                                                               \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
     X(PFNGLCOPYIMAGESUBDATAPROC, CopyImageSubData)                                                           \
@@ -27,20 +29,25 @@
     X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                                                 \
     X(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                                                       \
     X(PFNGLDELETEPROGRAMPROC, DeleteProgram)                                                                 \
+    X(PFNGLDELETEQUERIESPROC, DeleteQueries)                                                                 \
     X(PFNGLDELETESHADERPROC, DeleteShader)                                                                   \
     X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                                               \
     X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                                                       \
+    X(PFNGLDEPTHFUNCPROC, DepthFunc)                                                                         \
+    X(PFNGLDEPTHMASKPROC, DepthMask)                                                                         \
     X(PFNGLDISABLEPROC, Disable)                                                                             \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
     X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
     X(PFNGLDRAWELEMENTSPROC, DrawElements)                                                                   \
     X(PFNGLENABLEPROC, Enable)                                                                               \
+    X(PFNGLENDQUERYPROC, EndQuery)                                                                           \
     X(PFNGLFINISHPROC, Finish)                                                                               \
     X(PFNGLFLUSHPROC, Flush)                                                                                 \
     X(PFNGLFRAMEBUFFERPARAMETERIPROC, FramebufferParameteri)                                                 \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                                                   \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                                                                       \
     X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                                                             \
+    X(PFNGLGENQUERIESPROC, GenQueries)                                                                       \
     X(PFNGLGENTEXTURESPROC, GenTextures)                                                                     \
     X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                                                             \
     X(PFNGLGETBUFFERSUBDATAPROC, GetBufferSubData)                                                           \
@@ -48,6 +55,7 @@
     X(PFNGLGETINTEGERVPROC, GetIntegerv)                                                                     \
     X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                                                         \
     X(PFNGLGETPROGRAMIVPROC, GetProgramiv)                                                                   \
+    X(PFNGLGETQUERYOBJECTUI64VPROC, GetQueryObjectui64v)                                                     \
     X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                                                           \
     X(PFNGLGETSHADERIVPROC, GetShaderiv)                                                                     \
     X(PFNGLGETSTRINGPROC, GetString)                                                                         \
@@ -76,10 +84,10 @@
     X(PFNGLUNIFORM3IVPROC, Uniform3iv)                                                                       \
     X(PFNGLUNIFORM4DVPROC, Uniform4dv)                                                                       \
     X(PFNGLUNIFORM4FVPROC, Uniform4fv)                                                                       \
-    X(PFNGLUNIFORMMATRIX3FVPROC, UniformMatrix3fv)                                                           \
     X(PFNGLUNIFORMMATRIX3DVPROC, UniformMatrix3dv)                                                           \
-    X(PFNGLUSEPROGRAMPROC, UseProgram)                                                                       \
+    X(PFNGLUNIFORMMATRIX3FVPROC, UniformMatrix3fv)                                                           \
     X(PFNGLUNMAPBUFFERPROC, UnmapBuffer)                                                                     \
+    X(PFNGLUSEPROGRAMPROC, UseProgram)                                                                       \
     X(PFNGLVIEWPORTPROC, Viewport)
 
 struct vr_gl {

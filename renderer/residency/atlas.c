@@ -84,18 +84,21 @@ static const struct vr_atlas_voxels *voxels_of(enum brick_type type, enum vr_fil
 }
 
 int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const struct brick_grid *grid,
-                  enum vr_filter filter, uint64_t budget_bytes, struct brick_error *err)
+                  enum vr_filter filter, const struct vr_texels *texels, uint64_t budget_bytes,
+                  struct brick_error *err)
 {
     const struct vr_gl *gl = &context->gl;
     const struct brick_level *level = &grid->level[0];
     uint64_t bricks = level->bricks[0] * level->bricks[1] * level->bricks[2];
     uint64_t budget = budget_bytes < VR_ATLAS_MAX_BYTES ? budget_bytes : VR_ATLAS_MAX_BYTES;
-    const bool filtered = filter == VR_FILTER_FAST;
+    const bool filtered = filter == VR_FILTER_FAST && !texels;
     bool fits;
     int limit[3], result;
 
-    *atlas =
-        (struct vr_atlas){.filter = filter, .stored = grid->type, .voxels = *voxels_of(grid->type, filter)};
+    *atlas = (struct vr_atlas){.filter = texels ? VR_FILTER_EXACT : filter,
+                               .stored = grid->type,
+                               .texels = texels,
+                               .voxels = texels ? texels->voxels : *voxels_of(grid->type, filter)};
     atlas->slot_bytes = atlas->voxels.bytes;
     for (int a = 0; a < 3; a++) {
         uint64_t core = grid->dims[a] < grid->edge ? grid->dims[a] : grid->edge;
@@ -168,7 +171,9 @@ void vr_atlas_convert(const struct vr_atlas *atlas, const void *stored, size_t c
     const uint16_t *wide = stored;
     uint16_t *texels = out;
     const unsigned flip = atlas->voxels.offset > 0.0; /* the sign bit: lowest value to 0 */
-    if (type == BRICK_U8 || type == BRICK_I8)
+    if (atlas->texels)
+        atlas->texels->convert(atlas->texels, stored, count, out);
+    else if (type == BRICK_U8 || type == BRICK_I8)
         for (size_t i = 0; i < count; i++)
             texels[i] = (uint16_t)((narrow[i] ^ flip << 7) * 257);
     else if (type == BRICK_I16)

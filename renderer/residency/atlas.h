@@ -23,10 +23,18 @@ struct vr_atlas_voxels {
     double grains; /* normalised: a stored unit; one is above twice what interpolation in float32 may round */
 };
 
+/* What a method makes of voxels on their way into the texture, in place of the voxels themselves. */
+struct vr_texels {
+    struct vr_atlas_voxels voxels; /* scale 0; not filtered */
+    uint64_t number;               /* another: another thing is made of voxels from now on */
+    void (*convert)(const struct vr_texels *texels, const void *stored, size_t count, void *out);
+};
+
 struct vr_atlas {
     GLuint texture;
     enum vr_filter filter;
-    enum brick_type stored; /* of the volume */
+    enum brick_type stored;         /* of the volume */
+    const struct vr_texels *texels; /* NULL: voxels */
     struct vr_atlas_voxels voxels;
     int size[3];      /* texels; of layers powers of two where the sampler filters */
     int slot_size[3]; /* voxels: a stored brick of level 0, the largest */
@@ -44,9 +52,10 @@ bool vr_atlas_arrange_powers(uint64_t want, uint64_t texels, const int slot_size
                              int size[2], int slots[3]);
 
 /* Slots for every brick of level 0, or as many as budget_bytes holds. BRICK_ERR_MEMORY when that is not one.
- * The context is bound. */
+ * texels: NULL, or what slots hold, unfiltered. The context is bound. */
 int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const struct brick_grid *grid,
-                  enum vr_filter filter, uint64_t budget_bytes, struct brick_error *err);
+                  enum vr_filter filter, const struct vr_texels *texels, uint64_t budget_bytes,
+                  struct brick_error *err);
 void vr_atlas_finish(struct vr_atlas *atlas, struct vr_context *context);
 
 /* Make it the texture of a unit; an upload undoes that. */

@@ -7,7 +7,9 @@
 static bool same(const struct vr_classified *c, const struct brick_active_query *q, size_t count)
 {
     return c->number && c->mode == q->mode && (q->mode != BRICK_MODE_ISO || c->isovalue == q->isovalue) &&
-           c->count == count && (!count || !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots));
+           c->count == count &&
+           (!count || (c->emission == q->transfer->emission &&
+                       !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots)));
 }
 
 int vr_classified_set(struct vr_classified *c, const struct brick_active_query *q, struct brick_error *err)
@@ -21,7 +23,8 @@ int vr_classified_set(struct vr_classified *c, const struct brick_active_query *
     if (count)
         memcpy(knots, q->transfer->knots, count * sizeof *knots);
     free(c->knots);
-    *c = (struct vr_classified){c->number + 1, q->mode, q->isovalue, knots, count};
+    const enum brick_emission emission = count ? q->transfer->emission : BRICK_EMISSION_SCALED;
+    *c = (struct vr_classified){c->number + 1, q->mode, q->isovalue, emission, knots, count};
     return BRICK_OK;
 }
 

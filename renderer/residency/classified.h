@@ -10,6 +10,7 @@ struct vr_classified {
     uint64_t number; /* grows with every change; 0: none yet */
     enum brick_mode mode;
     double isovalue;
+    enum brick_emission emission;
     struct brick_transfer_knot *knots;
     size_t count;
 };

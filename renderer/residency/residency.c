@@ -8,41 +8,94 @@
 
 #include "page_table.h"
 
-int vr_residency_create(struct vr_residency **out, struct vr_context *context,
-                        const struct brick_volume *volume, const struct vr_renderer_params *params,
-                        struct brick_pool *pool, struct brick_error *err)
+static void empty_slots(struct vr_residency *r)
 {
-    const struct brick_grid *grid = brick_volume_grid(volume);
-    /* No standard says what a sampler makes of NaN times 0. */
-    const enum vr_filter filter = brick_volume_stats(volume)->nonfinite ? VR_FILTER_EXACT : params->filter;
-    int result;
-    struct vr_residency *r = calloc(1, sizeof *r);
-    *out = NULL;
-    if (!r)
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the renderer");
-    *r = (struct vr_residency){.context = context, .volume = volume, .pool = pool, .level = NO_LEVEL};
-    if ((result = brick_cache_create(&r->cache, volume, params->host_cache_bytes, err)) ||
-        (result = brick_loader_create(&r->loader, r->cache, brick_pool_threads(pool), 0, err)) ||
-        (result = vr_atlas_init(&r->atlas, context, grid, filter, params->gpu_cache_bytes, err)) ||
-        (result = vr_upload_init(&r->upload, context, &r->atlas, err)) ||
+    for (size_t s = 0; s < r->atlas.count; s++)
+        r->slots[s] = (struct slot){.id = NO_BRICK};
+    for (uint64_t b = 0; r->level != NO_LEVEL && b < r->bricks; b++)
+        r->slot_of[b] = NO_SLOT;
+    r->used_slots = r->peak_slots = 0;
+    vr_resident_release(r);
+    r->stale = true;
+}
+
+static void drop_slots(struct vr_residency *r)
+{
+    vr_macrocells_finish(&r->macrocells, r->context);
+    vr_upload_finish(&r->upload, r->context);
+    vr_atlas_finish(&r->atlas, r->context);
+    free(r->slots), r->slots = NULL;
+    free(r->victims), r->victims = NULL;
+    free(r->ids), r->ids = NULL;
+    free(r->changed_pages), r->changed_pages = NULL;
+}
+
+/* The atlas and what goes with its slots, within the budget. */
+static int make_slots(struct vr_residency *r, const struct vr_texels *texels, struct brick_error *err)
+{
+    const struct brick_grid *grid = brick_volume_grid(r->volume);
+    int result = vr_atlas_init(&r->atlas, r->context, grid, r->filter, texels, r->gpu_bytes, err);
+    if (result || (result = vr_upload_init(&r->upload, r->context, &r->atlas, err)) ||
         (result = vr_macrocells_init(&r->macrocells, grid, r->atlas.count, err)))
         goto fail;
     size_t n = r->atlas.count;
     r->slots = malloc(n * sizeof *r->slots);
     r->victims = malloc(n * sizeof *r->victims);
     r->ids = malloc(n * sizeof *r->ids);
-    r->changed_pages = malloc(2 * n * sizeof *r->changed_pages);
-    r->changed_slots = malloc(n * sizeof *r->changed_slots);
-    if (!r->slots || !r->victims || !r->ids || !r->changed_pages || !r->changed_slots) {
+    r->changed_pages = malloc(3 * n * sizeof *r->changed_pages);
+    if (!r->slots || !r->victims || !r->ids || !r->changed_pages) {
         result = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a GPU cache of %zu bricks", n);
         goto fail;
     }
-    for (size_t s = 0; s < n; s++)
-        r->slots[s] = (struct slot){.id = NO_BRICK};
-    *out = r;
+    r->changed_slots = r->changed_pages + 2 * n;
+    empty_slots(r);
     return BRICK_OK;
 fail:
-    vr_residency_destroy(&r);
+    drop_slots(r);
+    return result;
+}
+
+int vr_residency_create(struct vr_residency **out, struct vr_context *context,
+                        const struct brick_volume *volume, const struct vr_renderer_params *params,
+                        struct brick_pool *pool, struct brick_error *err)
+{
+    int result;
+    struct vr_residency *r = calloc(1, sizeof *r);
+    *out = NULL;
+    if (!r)
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the renderer");
+    *r = (struct vr_residency){.context = context, .volume = volume, .pool = pool, .level = NO_LEVEL};
+    /* No standard says what a sampler makes of NaN times 0. */
+    r->filter = brick_volume_stats(volume)->nonfinite ? VR_FILTER_EXACT : params->filter;
+    r->gpu_bytes = params->gpu_cache_bytes;
+    if ((result = brick_cache_create(&r->cache, volume, params->host_cache_bytes, err)) ||
+        (result = brick_loader_create(&r->loader, r->cache, brick_pool_threads(pool), 0, err)) ||
+        (result = make_slots(r, NULL, err))) {
+        vr_residency_destroy(&r);
+        return result;
+    }
+    *out = r;
+    return BRICK_OK;
+}
+
+int vr_residency_set_texels(struct vr_residency *r, const struct vr_texels *texels, struct brick_error *err)
+{
+    const uint64_t number = texels ? texels->number : 0;
+    const bool another = number != r->texels_number;
+    /* texels may be the struct of last time, filled anew: what the atlas is made for, it knows itself. */
+    const bool same_layout =
+        texels ? texels->voxels.internal == r->atlas.voxels.internal && r->atlas.texels : !r->atlas.texels;
+    r->texels_number = number;
+    r->atlas.texels = texels;
+    if (same_layout && r->atlas.count) {
+        if (another)
+            empty_slots(r);
+        return BRICK_OK;
+    }
+    drop_slots(r);
+    int result = make_slots(r, texels, err);
+    if (result)
+        r->texels_number = 0, make_slots(r, NULL, NULL); /* or else next time */
     return result;
 }
 
@@ -54,14 +107,7 @@ void vr_residency_destroy(struct vr_residency **residency)
     brick_loader_destroy(&r->loader);
     brick_cache_destroy(&r->cache);
     vr_buffer_finish(&r->pages, r->context);
-    vr_macrocells_finish(&r->macrocells, r->context);
-    vr_upload_finish(&r->upload, r->context);
-    vr_atlas_finish(&r->atlas, r->context);
-    free(r->slots);
-    free(r->victims);
-    free(r->ids);
-    free(r->changed_pages);
-    free(r->changed_slots);
+    drop_slots(r);
     vr_wants_finish(&r->wants);
     free(r->order);
     vr_classified_finish(&r->classified);

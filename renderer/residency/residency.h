@@ -30,6 +30,11 @@ int vr_residency_create(struct vr_residency **residency, struct vr_context *cont
                         struct brick_pool *pool, struct brick_error *err);
 void vr_residency_destroy(struct vr_residency **residency);
 
+/* What slots hold from the next picture on: NULL for voxels, or what a method makes of them, which lives
+ * until this is called again. Where it is another than before, slots are emptied; bricks stay in the host's
+ * cache. BRICK_ERR_MEMORY when the budget does not hold one brick so; slots then hold voxels. */
+int vr_residency_set_texels(struct vr_residency *residency, const struct vr_texels *texels,
+                            struct brick_error *err);
 /* Begin a picture: page table and macrocell bits say what of its active bricks is resident. Reads nothing. */
 int vr_residency_begin(struct vr_residency *residency, const struct brick_active_query *query,
                        const struct brick_camera *camera, struct brick_error *err);

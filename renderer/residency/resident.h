@@ -42,6 +42,9 @@ struct vr_residency {
     struct brick_pool *pool;
     struct brick_cache *cache;
     struct brick_loader *loader;
+    uint64_t gpu_bytes;
+    enum vr_filter filter;
+    uint64_t texels_number; /* of what slots hold in place of voxels; 0: voxels */
     struct vr_atlas atlas;
     struct vr_upload upload;
     struct vr_macrocells macrocells;

@@ -21,7 +21,7 @@ static struct brick_transfer from_knots(struct brick_transfer_knot *knots, size_
 
 static struct vr_ray_integral integrate(const struct brick_transfer *t, struct vr_cubic f, double length_mm)
 {
-    struct vr_ray_integral ray = {0};
+    struct vr_ray_integral ray = {.length_mm = length_mm};
     vr_ray_add(&ray, t, &f, NULL, length_mm, TOLERANCE);
     return ray;
 }
@@ -44,6 +44,26 @@ static void constant_slab(void **state)
         near(ray.depth, sigma[i] * 2.5, 1e-15 * ray.depth);
         near(ray.rgb[0], 0.25 * alpha, 1e-15 * alpha);
         near(ray.rgb[2], alpha, 1e-15 * alpha);
+    }
+}
+
+/* Colour that is not scaled by extinction: C = E (1 - exp(-x)) / x, E where nothing is absorbed (Wilson et
+ * al. 1994, section 2.1). */
+static void independent_slab(void **state)
+{
+    static const double sigma[] = {0.0, 1e-300, 1e-12, 1e-3, 0.7, 30.0, 1e6};
+    (void)state;
+    for (size_t i = 0; i < sizeof sigma / sizeof sigma[0]; i++) {
+        struct brick_transfer_knot knot = {5.0, 0.25, 0.5, 0.0, sigma[i]};
+        struct brick_transfer t = from_knots(&knot, 1);
+        t.emission = BRICK_EMISSION_INDEPENDENT;
+        t.unit_mm = 0.5;
+        struct vr_ray_integral ray = integrate(&t, (struct vr_cubic){{4.0, 2.0, -3.0, 1.0}}, 2.5);
+        double x = sigma[i] * 2.5, fraction = x > 0.0 ? -expm1(-x) / x : 1.0;
+        near(ray.depth, x, 1e-15 * x);
+        near(ray.rgb[0], 0.25 * 5.0 * fraction, TOLERANCE);
+        near(ray.rgb[1], 0.5 * 5.0 * fraction, TOLERANCE);
+        near(ray.rgb[2], 0.0, 0.0);
     }
 }
 
@@ -221,6 +241,8 @@ static void random_segments(void **state)
             knots[i].sigma = reference_random(&seed) < 0.3 ? 0.0 : dense * reference_random(&seed);
         }
         struct brick_transfer t = from_knots(knots, 10);
+        t.emission = round % 4 < 2 ? BRICK_EMISSION_SCALED : BRICK_EMISSION_INDEPENDENT;
+        t.unit_mm = 0.7;
         struct vr_cubic f = vr_cubic_in_cell(v, p, q);
         struct vr_ray_integral ray = integrate(&t, f, length);
 
@@ -232,6 +254,7 @@ static void random_segments(void **state)
         }
         struct brick_transfer by_s = from_knots(scaled, 10);
         struct reference r = {.field = cubic_field, .context = &f, .transfer = &by_s};
+        r.glow = t.emission == BRICK_EMISSION_SCALED ? 0.0 : length / t.unit_mm;
         reference_add(&r, 0.0L, 1.0L, 1500);
         worst = fmax(worst, fabs((double)(expl(-r.depth) - expl(-(long double)ray.depth))));
         for (int c = 0; c < 3; c++)
@@ -245,6 +268,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(constant_slab),
+        cmocka_unit_test(independent_slab),
         cmocka_unit_test(linear_ramp),
         cmocka_unit_test(falling_ramp),
         cmocka_unit_test(step_function),

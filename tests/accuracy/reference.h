@@ -20,6 +20,7 @@ struct reference {
     long double (*classify)(void *context, long double t, long double rgb[3]);
     /* May be NULL: shades rgb, and returns a number that has the sign of the gradient along the view. */
     long double (*shade)(void *context, long double t, long double rgb[3]);
+    long double glow; /* above 0: colour is emitted so many times a unit of t, whatever the extinction */
 };
 
 static const long double reference_node[3] = {-0.774596669241483377035853079956L, 0.0L,
@@ -78,7 +79,8 @@ static void reference_short(struct reference *r, long double a, long double b)
         long double sigma = reference_classify(r, t, rgb);
         if (r->shade)
             r->shade(r->context, t, rgb);
-        long double seen = (b - a) * reference_weight[i] * sigma * expl(-r->depth - reference_depth(r, a, t));
+        long double seen = (b - a) * reference_weight[i] * (r->glow > 0.0L ? r->glow : sigma) *
+                           expl(-r->depth - reference_depth(r, a, t));
         for (int c = 0; c < 3; c++)
             r->rgb[c] += rgb[c] * seen;
     }

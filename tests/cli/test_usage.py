@@ -112,7 +112,7 @@ class Usage(cli.Case):
             ("isotrace", ["render", "a.brick", "-o", "a.exr", "--mode", "iso", "--iso", "1", "--light", "1,0,0"]),
             ("dvr or shaded", ["render", "a.brick", "-o", "a.exr", "--mode", "mip", "--classification", "preintegrated"]),
             ("GPU", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--classification", "post"]),
-            ("voxels", ["render", "a.brick", "-o", "a.exr", "--classification", "pre"]),
+            ("--method slices", ["render", "a.brick", "-o", "a.exr", "--classification", "pre"]),
             ("no output", ["render", "a.brick"]),
             ("two pictures", ["compare", "a.exr"]),
             ("no size", ["synth", "ct", "-o", "a.brick"]),

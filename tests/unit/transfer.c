@@ -129,6 +129,26 @@ static void ramps_are_clear_at_their_zero_end(void **state)
     brick_transfer_destroy(&t);
 }
 
+/* Colour without extinction shows only when it does not need extinction. */
+static void colour_shows_with_independent_emission(void **state)
+{
+    const struct brick_transfer_point points[] = {
+        {0, 0, 0, 0, 0}, {1, 0, 0.5, 0, 0}, {2, 0, 0, 0, 0}, {3, 0, 0, 0, 0}, {4, 0, 0, 0, 0.5}};
+    struct brick_transfer *t = create(points, 5);
+    (void)state;
+    assert_false(brick_transfer_visible(t, -1.0, 3.0));
+    brick_transfer_set_emission(t, BRICK_EMISSION_INDEPENDENT);
+    assert_int_equal(t->support_count, 2);
+    assert_false(brick_transfer_visible(t, -1.0, 0.0));
+    assert_true(brick_transfer_visible(t, -1.0, 0.5));
+    assert_true(brick_transfer_visible(t, 1.5, 1.5));
+    assert_false(brick_transfer_visible(t, 2.0, 3.0));
+    assert_true(brick_transfer_visible(t, 2.0, 3.5));
+    brick_transfer_set_emission(t, BRICK_EMISSION_SCALED);
+    assert_false(brick_transfer_visible(t, -1.0, 3.0));
+    brick_transfer_destroy(&t);
+}
+
 /* A spike between neighbouring doubles is zero at each of them, and seen by what holds both. */
 static void a_spike_too_narrow_for_a_double_is_seen(void **state)
 {
@@ -284,6 +304,7 @@ int main(void)
         cmocka_unit_test(extinction_is_exact_at_points),
         cmocka_unit_test(jumps_take_the_right_side),
         cmocka_unit_test(ramps_are_clear_at_their_zero_end),
+        cmocka_unit_test(colour_shows_with_independent_emission),
         cmocka_unit_test(a_spike_too_narrow_for_a_double_is_seen),
         cmocka_unit_test(visibility_agrees_with_sampling),
         cmocka_unit_test(one_point_is_a_constant),

@@ -45,6 +45,7 @@ static const struct {
     int (*run)(struct papers *papers, struct brick_error *err);
 } chapters[] = {
     {"parker", paper_parker},
+    {"wilson", paper_wilson},
 };
 
 void paper_scene(const struct paper_volume *v, enum brick_mode mode, double azimuth, bool parallel,

@@ -49,5 +49,6 @@ void paper_scene(const struct paper_volume *volume, enum brick_mode mode, double
 
 /* Each makes its tables in the folder and prints them. */
 int paper_parker(struct papers *papers, struct brick_error *err);
+int paper_wilson(struct papers *papers, struct brick_error *err);
 
 #endif

@@ -24,6 +24,10 @@ struct brick_transfer_point {
     double r, g, b, a; /* linear, [0,1] */
 };
 
+/* What colour means: emission a mm is colour times extinction, or colour a `unit` whatever the extinction
+ * (Wilson et al. 1994, section 2.1; Maximo et al. 2008). */
+enum brick_emission { BRICK_EMISSION_SCALED, BRICK_EMISSION_INDEPENDENT };
+
 enum brick_transfer_unit { BRICK_UNIT_MM, BRICK_UNIT_VOXEL };
 
 /* What a transfer function file says, before a volume is known. */
@@ -48,19 +52,21 @@ struct brick_interval {
     double lo, hi; /* closed; may be infinite */
 };
 
-/* Immutable once created; safe to read from any thread. */
+/* Immutable once made; safe to read from any thread. */
 struct brick_transfer {
     struct brick_transfer_knot *knots; /* count >= 1, values ascending; constant outside */
     size_t count;
-    struct brick_interval *support; /* closed, disjoint, ascending: sigma is zero everywhere outside them */
+    struct brick_interval *support; /* closed, disjoint, ascending: nothing shows anywhere outside them */
     size_t support_count;
-    /* For ranges whose ends are doubles: sigma is non-zero somewhere in [lo, hi] iff it meets one of these,
-     * that is lo <= visible.hi and hi >= visible.lo. Ascending; an end where sigma is zero is moved in by one
-     * double. */
+    /* Where something shows: extinction, or with independent emission extinction or colour, is not zero. For
+     * ranges whose ends are doubles: something shows somewhere in [lo, hi] iff it meets one of these, that is
+     * lo <= visible.hi and hi >= visible.lo. Ascending; an end where nothing shows is moved in by one double.
+     */
     struct brick_interval *visible;
     size_t visible_count;
     bool continuous; /* no jump in colour or extinction */
-    double unit_mm;  /* length that the control points' A belongs to: A = 1 - exp(-sigma * unit_mm) */
+    enum brick_emission emission;
+    double unit_mm; /* length that the control points' A belongs to: A = 1 - exp(-sigma * unit_mm) */
 };
 
 /* min_edge_mm: the volume's smallest voxel edge; range: its smallest and largest physical value (used only
@@ -73,10 +79,12 @@ void brick_transfer_destroy(struct brick_transfer **transfer);
  * brightness), before others read it: what gets through a length is raised to that power. Where the function
  * is transparent does not change. */
 void brick_transfer_scale(struct brick_transfer *transfer, double factor);
+/* Before anyone else reads it; a new one is BRICK_EMISSION_SCALED. */
+void brick_transfer_set_emission(struct brick_transfer *transfer, enum brick_emission emission);
 
 /* Colour and extinction at a physical value; at a jump the right side. NaN gives zero extinction. */
 void brick_transfer_eval(const struct brick_transfer *transfer, double value, double rgb[3], double *sigma);
-/* Is extinction non-zero somewhere in [lo, hi]? Exact for the piecewise-linear function. Empty ranges: false.
+/* Does something show somewhere in [lo, hi]? Exact for the piecewise-linear function. Empty ranges: false.
  */
 bool brick_transfer_visible(const struct brick_transfer *transfer, double lo, double hi);
 

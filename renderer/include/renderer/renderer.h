@@ -53,6 +53,7 @@ extern const struct vr_scene vr_scene_defaults;
 /* Methods on the GPU, drawn by vr_render. */
 enum vr_method {
     VR_METHOD_RAYCAST, /* Krueger and Westermann 2003; Scharsach 2005 */
+    VR_METHOD_SLICES,  /* Wilson, Van Gelder and Wilhelms 1994 */
     VR_METHOD_CELLS,   /* Maximo, Marroquim, Farias and Esperanca 2008 */
     VR_METHODS
 };
@@ -74,6 +75,23 @@ enum vr_cells_integration {
     VR_CELLS_INTEGRATIONS
 };
 
+enum vr_interpolation { VR_INTERPOLATION_TRILINEAR, VR_INTERPOLATION_POINT /* the nearest voxel's value */ };
+/* What is blended into: 8 normalised bits, or floating point. */
+enum vr_framebuffer { VR_FRAMEBUFFER_8, VR_FRAMEBUFFER_16F, VR_FRAMEBUFFER_32F };
+
+/* As many planes as make one a smallest voxel edge (Wilson et al., section 2.2.4: for voxels that are not
+ * cubes the paper takes the edge along z). */
+#define VR_PLANES_PAPER UINT32_MAX
+
+/* What slices alone have. */
+struct vr_slices {
+    uint32_t planes; /* over the length of the volume's diagonal; 0: one a step */
+    enum vr_interpolation interpolation;
+    enum vr_framebuffer framebuffer;
+    uint32_t classified_bits; /* of each channel of pre-classified voxels: 8, 16 or 32 (floating point) */
+    bool back_to_front;       /* as in the paper; no ray ends early then */
+};
+
 /* Where along the way from voxels to a colour the transfer function comes. */
 enum vr_classification {
     VR_CLASSIFY_POST,         /* of the field's value at each sample */
@@ -90,6 +108,7 @@ struct vr_quality {
     bool skip;            /* jump over inactive bricks and macrocells */
     uint32_t refinements; /* bisections at an isosurface hit */
     enum vr_classification classification;
+    struct vr_slices slices;
     enum vr_cells_integration cells_integration;
 };
 extern const struct vr_quality vr_quality_defaults;
@@ -140,6 +159,10 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
  * sizes of the caches. Pre-integrated classification goes with dvr and shaded, and with steps that move by a
  * voxel of the level at most along each of its axes.
+ *
+ * slices: planes of one depth each, blended brick by brick in batches that the cache holds; the same bytes
+ * for all sizes of the caches and bricks. No isosurfaces. Pre-classified voxels go with dvr; the GPU's cache
+ * then holds colours, four channels a voxel.
  *
  * cells: dvr through a parallel camera; of the quality only skip and cells_integration. Each cell is five
  * tetrahedra, on which the field is linear: vr_render_exact with VR_FIELD_TETRAHEDRA is what they are exact
