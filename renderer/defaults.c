@@ -18,6 +18,7 @@ const struct vr_quality vr_quality_defaults = {
     .termination = 1e-4,
     .skip = true,
     .refinements = 8,
+    .pass_steps = 64,
 };
 
 const struct vr_renderer_params vr_renderer_defaults = {

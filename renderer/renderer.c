@@ -21,6 +21,7 @@ struct vr_renderer {
 
 static const struct vr_method_row *const methods[VR_METHODS] = {
     [VR_METHOD_RAYCAST] = &vr_raycast,
+    [VR_METHOD_MULTIPASS] = &vr_multipass,
 };
 
 int vr_renderer_create(struct vr_renderer **out, const struct brick_volume *volume,

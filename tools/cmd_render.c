@@ -33,12 +33,12 @@ struct request {
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_opacity, no_skip, json, quiet;
+    bool has_opacity, has_pass_steps, no_skip, json, quiet;
 };
 
 /* Mode, method, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
-static const char *const methods[] = {"raycast", "isotrace", "exact", NULL};
+static const char *const methods[] = {"raycast", "multipass", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const filters[] = {"exact", NULL};
@@ -86,6 +86,8 @@ static int check_request(const struct request *request)
         return tool_misuse("render", "--path goes without --camera and --eye");
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
+    if (request->has_pass_steps && request->method != VR_METHOD_MULTIPASS)
+        return tool_misuse("render", "--pass-steps goes with --method multipass");
     if (request->method == METHOD_EXACT) {
         if (request->has_step || request->has_termination || request->no_skip || request->has_refinements)
             return tool_misuse("render",
@@ -381,8 +383,12 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help = "raycast (default), isotrace: isosurfaces, ray traced on\nthe CPU, or exact: no step size, "
-                 "right to 1e-10, on the CPU"},
+         .help =
+             "raycast (default), multipass: the same picture in short\npasses, isotrace: isosurfaces, ray "
+             "traced on the CPU,\nor exact: no step size, right to 1e-10, on the CPU"},
+        {"pass-steps", .value = "M", .parse = tool_parse_u32, .target = &r.quality.pass_steps,
+         .given = &r.has_pass_steps, .limits = {.min = 1, .max = VR_MAX_PASS_STEPS},
+         .help = "multipass: samples a ray and pass (default 64)"},
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},

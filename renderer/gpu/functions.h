@@ -27,6 +27,8 @@
     X(PFNGLDELETESHADERPROC, DeleteShader)                                                                   \
     X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                                               \
     X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                                                       \
+    X(PFNGLDEPTHFUNCPROC, DepthFunc)                                                                         \
+    X(PFNGLDEPTHMASKPROC, DepthMask)                                                                         \
     X(PFNGLDISABLEPROC, Disable)                                                                             \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
     X(PFNGLENABLEPROC, Enable)                                                                               \

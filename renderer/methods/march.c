@@ -7,8 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "target.h"
-
 #define TARGET_EDGE      1024
 #define MAX_REFINEMENTS  96 /* bits of a ray's path; see state.glsl */
 #define LOOK_AHEAD_TURNS 256
@@ -16,16 +14,22 @@
 
 enum { IMAGE_STATE, IMAGE_PROGRESS, IMAGE_FEEDBACK };
 
-static int use_program(const struct vr_frame *frame, const struct vr_program_source *source, const char *own,
+struct round {
+    const struct vr_march_pass *passes;
+    struct vr_uniforms programs[VR_MARCH_MAX_PASSES];
+    size_t count;
+};
+
+static int use_program(const struct vr_frame *frame, const struct vr_march_pass *pass,
                        struct vr_uniforms *uniforms, struct brick_error *err)
 {
     char defines[VR_FRAME_DEFINES_BYTES + 256];
     size_t n = vr_frame_defines(frame, defines);
     snprintf(defines + n, sizeof defines - n, "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s",
-             LOOK_AHEAD_TURNS, VR_TARGET_TILE, own);
+             LOOK_AHEAD_TURNS, VR_TARGET_TILE, pass->defines);
     uniforms->gl = &frame->context->gl;
-    int result =
-        vr_programs_get(&frame->store->programs, frame->context, source, defines, &uniforms->program, err);
+    int result = vr_programs_get(&frame->store->programs, frame->context, pass->source, defines,
+                                 &uniforms->program, err);
     if (!result)
         uniforms->gl->UseProgram(uniforms->program);
     return result;
@@ -53,16 +57,16 @@ static void set_surface(const struct vr_frame *frame, const struct vr_uniforms *
  * half the cache the number doubles, so that a cache with room costs a number of passes that grows with the
  * logarithm of the bricks along a ray; and since a ray has passed as many bricks as it may ask for, at most
  * about half of what is read can be hidden behind where rays end. When more is wanted than there are slots,
- * asking further gains nothing. */
+ * asking further gains nothing. A round that waited for nothing says nothing. */
 static int choose_ahead(int ahead, uint64_t wanted, uint64_t slots)
 {
-    if (wanted <= slots / 2)
+    if (wanted && wanted <= slots / 2)
         return ahead < MAX_LOOK_AHEAD ? 2 * ahead : ahead;
     return wanted > slots && ahead > 1 ? ahead / 2 : ahead;
 }
 
-/* One part of the picture, pass after pass, until all its rays have ended. */
-static int draw_part(struct vr_march *m, const struct vr_frame *frame, const struct vr_uniforms *u,
+/* One part of the picture, round after round, until all its rays have ended. */
+static int draw_part(struct vr_march *m, const struct vr_frame *frame, const struct round *round,
                      const struct vr_target *target, int width, int height, struct vr_report *report,
                      struct brick_error *err)
 {
@@ -71,18 +75,23 @@ static int draw_part(struct vr_march *m, const struct vr_frame *frame, const str
     struct vr_feedback *feedback = &m->feedback;
     const int across = TARGET_EDGE / VR_TARGET_TILE;
     uint64_t wanted, slots = vr_residency_atlas(residency)->count;
-    bool unfinished = true;
+    bool unfinished = true, resume = false;
     int ahead = 1;
     for (uint32_t t = 0; t < feedback->tiles; t++)
         feedback->words[t] = 1;
-    vr_set_int(u, "resume", GL_FALSE);
     for (;;) {
-        vr_set_int(u, "look_ahead", ahead);
         vr_atlas_use(vr_residency_atlas(residency), context, VR_UNIT_ATLAS);
         vr_feedback_clear(feedback, context);
-        vr_target_draw(target, context, width, height, feedback->words, across);
+        for (size_t p = 0; p < round->count; p++) {
+            const struct vr_uniforms *u = &round->programs[p];
+            u->gl->UseProgram(u->program);
+            vr_set_int(u, "resume", resume);
+            vr_set_int(u, "look_ahead", ahead);
+            vr_target_draw(target, context, width, height, feedback->words, across, round->passes[p].depth);
+            resume = true;
+            report->passes++;
+        }
         vr_feedback_read(feedback, context);
-        report->passes++;
         int result = vr_context_check(context, "marching rays", err);
         if (result)
             return result;
@@ -93,13 +102,20 @@ static int draw_part(struct vr_march *m, const struct vr_frame *frame, const str
             return BRICK_OK;
         if ((result = vr_residency_bring(residency, feedback, &wanted, err)))
             return result;
-        vr_set_int(u, "resume", GL_TRUE);
         ahead = choose_ahead(ahead, wanted, slots);
     }
 }
 
+static bool uses_depth(const struct round *round)
+{
+    for (size_t p = 0; p < round->count; p++)
+        if (round->passes[p].depth != VR_TARGET_DEPTH_OFF)
+            return true;
+    return false;
+}
+
 /* The picture part by part through one target. */
-static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const struct vr_uniforms *u,
+static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const struct round *round,
                       struct brick_image *image, struct vr_report *report, struct brick_error *err)
 {
     struct vr_context *context = frame->context;
@@ -107,13 +123,8 @@ static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const st
     int width = (int)image->width, height = (int)image->height;
     int tw = width < TARGET_EDGE ? width : TARGET_EDGE, th = height < TARGET_EDGE ? height : TARGET_EDGE;
     uint32_t *progress = malloc((size_t)tw * (size_t)th * 2 * sizeof *progress);
-    int result = progress ? vr_target_init(&target, context, tw, th, err)
+    int result = progress ? vr_target_init(&target, context, tw, th, uses_depth(round), err)
                           : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
-    vr_set_int(u, "state_image", IMAGE_STATE);
-    vr_set_int(u, "progress_image", IMAGE_PROGRESS);
-    vr_set_int(u, "feedback", IMAGE_FEEDBACK);
-    vr_set_int(u, "tiles_across", TARGET_EDGE / VR_TARGET_TILE);
-    vr_set_int(u, "tiles", (int)m->feedback.tiles);
     if (!result) {
         vr_target_use(&target, context, IMAGE_STATE, IMAGE_PROGRESS);
         vr_buffer_use_image(&m->feedback.buffer, context, IMAGE_FEEDBACK);
@@ -121,8 +132,11 @@ static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const st
     for (int y = 0; !result && y < height; y += th)
         for (int x = 0; !result && x < width; x += tw) {
             int w = width - x < tw ? width - x : tw, h = height - y < th ? height - y : th;
-            vr_set_ivec2(u, "tile_origin", x, y);
-            if ((result = draw_part(m, frame, u, &target, w, h, report, err)))
+            for (size_t p = 0; p < round->count; p++) {
+                round->programs[p].gl->UseProgram(round->programs[p].program);
+                vr_set_ivec2(&round->programs[p], "tile_origin", x, y);
+            }
+            if ((result = draw_part(m, frame, round, &target, w, h, report, err)))
                 break;
             vr_target_read(&target, context, w, h, image->rgba + 4 * ((size_t)y * image->width + (size_t)x),
                            width, progress);
@@ -135,34 +149,44 @@ static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const st
     return result;
 }
 
-int vr_march_draw(struct vr_march *m, const struct vr_frame *frame, const struct vr_program_source *source,
-                  const char *defines, struct brick_image *image, struct vr_report *report,
-                  struct brick_error *err)
+static int set_uniforms(const struct vr_march *m, const struct vr_frame *frame, const struct vr_uniforms *u,
+                        struct brick_error *err)
+{
+    const double termination = frame->quality->termination;
+    int result = BRICK_OK;
+    vr_frame_set_rays(frame, u);
+    vr_frame_set_field(frame, u);
+    vr_frame_set_shading(frame, u);
+    if (frame->scene->mode == BRICK_MODE_ISO)
+        set_surface(frame, u);
+    else
+        result = vr_frame_set_transfer(frame, u, err);
+    if (frame->scene->mode == BRICK_MODE_MIP)
+        vr_set_float(u, "unit_mm", frame->scene->transfer->unit_mm);
+    /* A ray ends where exp(-depth) falls below the threshold. */
+    vr_set_float(u, "depth_end", termination > 0.0 ? -log(termination) : FLT_MAX);
+    vr_set_int(u, "state_image", IMAGE_STATE);
+    vr_set_int(u, "progress_image", IMAGE_PROGRESS);
+    vr_set_int(u, "feedback", IMAGE_FEEDBACK);
+    vr_set_int(u, "tiles_across", TARGET_EDGE / VR_TARGET_TILE);
+    vr_set_int(u, "tiles", (int)m->feedback.tiles);
+    return result;
+}
+
+int vr_march_draw(struct vr_march *m, const struct vr_frame *frame, const struct vr_march_pass *passes,
+                  size_t count, struct brick_image *image, struct vr_report *report, struct brick_error *err)
 {
     const struct brick_level *level = frame->level;
-    const double termination = frame->quality->termination;
-    struct vr_uniforms uniforms;
-    int result;
-
-    if ((result = vr_feedback_resize(&m->feedback, frame->context,
-                                     (TARGET_EDGE / VR_TARGET_TILE) * (TARGET_EDGE / VR_TARGET_TILE),
-                                     level->bricks[0] * level->bricks[1] * level->bricks[2], err)) ||
-        (result = use_program(frame, source, defines, &uniforms, err)))
-        return result;
-    vr_frame_set_rays(frame, &uniforms);
-    vr_frame_set_field(frame, &uniforms);
-    vr_frame_set_shading(frame, &uniforms);
-    if (frame->scene->mode == BRICK_MODE_ISO)
-        set_surface(frame, &uniforms);
-    else if ((result = vr_frame_set_transfer(frame, &uniforms, err)))
-        goto done;
-    if (frame->scene->mode == BRICK_MODE_MIP)
-        vr_set_float(&uniforms, "unit_mm", frame->scene->transfer->unit_mm);
-    /* A ray ends where exp(-depth) falls below the threshold. */
-    vr_set_float(&uniforms, "depth_end", termination > 0.0 ? -log(termination) : FLT_MAX);
-    result = draw_parts(m, frame, &uniforms, image, report, err);
-done:
-    uniforms.gl->UseProgram(0);
+    struct round round = {.passes = passes, .count = count};
+    int result = vr_feedback_resize(&m->feedback, frame->context,
+                                    (TARGET_EDGE / VR_TARGET_TILE) * (TARGET_EDGE / VR_TARGET_TILE),
+                                    level->bricks[0] * level->bricks[1] * level->bricks[2], err);
+    for (size_t p = 0; p < count && !result; p++)
+        if (!(result = use_program(frame, &passes[p], &round.programs[p], err)))
+            result = set_uniforms(m, frame, &round.programs[p], err);
+    if (!result)
+        result = draw_parts(m, frame, &round, image, report, err);
+    frame->context->gl.UseProgram(0);
     return result;
 }
 

@@ -14,6 +14,6 @@ struct vr_method_row {
     void (*finish)(void *state, struct vr_context *context); /* the context is bound */
 };
 
-extern const struct vr_method_row vr_raycast;
+extern const struct vr_method_row vr_raycast, vr_multipass;
 
 #endif

@@ -130,7 +130,14 @@ bool march_load(ivec2 pixel, out Ray ray, out March m)
     return true;
 }
 
-/* Leave the pixel's colour, or what the next pass needs. */
+/* Leave what the next pass needs. */
+void march_suspend(March m, ivec2 pixel)
+{
+    imageStore(state_image, pixel, state_pack(m.state));
+    imageStore(progress_image, pixel, uvec4(m.k, m.fetched, 0u, 0u));
+}
+
+/* Leave the pixel's colour, or what the next round needs and what the ray waits for. */
 void march_store(inout March m, Ray ray, ivec2 pixel)
 {
     vec4 colour = vec4(0.0);
@@ -140,8 +147,7 @@ void march_store(inout March m, Ray ray, ivec2 pixel)
         imageStore(progress_image, pixel, uvec4(FINISHED, m.fetched, 0u, 0u));
         return;
     }
-    imageStore(state_image, pixel, state_pack(m.state));
-    imageStore(progress_image, pixel, uvec4(m.k, m.fetched, 0u, 0u));
+    march_suspend(m, pixel);
     mark_unfinished(pixel);
     if (ended || m.waits)
         want(m.block.brick, WANT_NEEDED);

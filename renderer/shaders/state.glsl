@@ -152,9 +152,14 @@ State state_unpack(uvec4 bits)
     return State(int(bits.x & 3u), bits.x >> 2 & 3u, bits.x >> 8, bits.yzw);
 }
 
+bool sides_differ(int a, int b)
+{
+    return a != SIDE_NONE && b != SIDE_NONE && a != b;
+}
+
 bool state_side(inout State s, int side)
 {
-    if (s.side != SIDE_NONE && side != SIDE_NONE && side != s.side)
+    if (sides_differ(side, s.side))
         s.stage = STAGE_HALVE;
     else
         s.side = side;

@@ -1,6 +1,7 @@
-/* Beyond video memory: the picture is the same bytes for every cache that holds a brick, in every mode; each
- * brick is read once while the host cache holds it; what an opaque wall hides is not read; and a damaged
- * brick is an error that leaves the renderer whole. */
+/* Beyond video memory: the picture is the same bytes for every cache that holds a brick, in every mode, by
+ * both methods that march rays, whatever the length of their passes; each brick is read once while the host
+ * cache holds it; what an opaque wall hides is not read; and a damaged brick is an error that leaves the
+ * renderer whole. */
 #include <fcntl.h>
 #include <math.h>
 #include <setjmp.h>
@@ -95,6 +96,7 @@ static void check_edge(uint32_t edge)
 {
     static const struct caches caches[] = {{0, 0, 0}, {1, 0, 1}, {2, 1, 2}, {3, 40, 1},
                                            {8, 9, 2}, {8, 1, 1}, {20, 0, 2}};
+    static const uint32_t pass_steps[] = {64, 5, 1, 17, 64, 3, VR_MAX_PASS_STEPS}; /* of multipass */
     struct memory_source source;
     struct brick_image images[4][VIEWS][LEVELS] = {{{{0}}}};
     bool none = false;
@@ -106,20 +108,24 @@ static void check_edge(uint32_t edge)
     for (size_t c = 0; c < sizeof caches / sizeof caches[0] && !none; c++) {
         struct vr_renderer *renderer = renderer_with(volume, &caches[c]);
         none = !renderer;
-        for (int run = 0; renderer && run < 4 * VIEWS * LEVELS * 2; run++) {
+        for (int run = 0; renderer && run < 4 * VIEWS * LEVELS * 3; run++) {
             int mode = run % 4, view = run / 4 % VIEWS, level = run / 4 / VIEWS % LEVELS;
+            int way = run / 4 / VIEWS / LEVELS;
             struct vr_scene scene = scene_of(mode, view, (uint32_t)level, transfer, grid);
             struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
             struct vr_report report;
             char line[160];
-            quality.skip = run < 4 * VIEWS * LEVELS;
+            quality.skip = way != 1;
+            quality.method = way < 2 ? VR_METHOD_RAYCAST : VR_METHOD_MULTIPASS;
+            quality.pass_steps = pass_steps[c];
             quality.step_vox = view == 1 ? 2.7 : 0.5;
             render(renderer, &scene, &quality, &image, &report);
-            snprintf(line, sizeof line,
-                     "bricks of %u, %llu and %llu of them, mode %d, view %d, level %d, skipping %d", edge,
-                     (unsigned long long)caches[c].gpu_bricks, (unsigned long long)caches[c].host_bricks,
-                     mode, view, level, quality.skip);
+            snprintf(
+                line, sizeof line,
+                "bricks of %u, %llu and %llu of them, mode %d, view %d, level %d, skipping %d, method %d",
+                edge, (unsigned long long)caches[c].gpu_bricks, (unsigned long long)caches[c].host_bricks,
+                mode, view, level, quality.skip, (int)quality.method);
             if (report.gpu_cache_peak_bytes > report.gpu_cache_bytes)
                 fail_msg("%s: the cache is larger than its limit", line);
             if (caches[c].host_bricks &&

@@ -1,6 +1,6 @@
 /* The picture depends on the volume and the scene only: the same bytes for every brick edge, with and without
- * skipping, through EGL and OSMesa; rays along brick faces, edges and through corners, and from inside,
- * included. */
+ * skipping, by raycast and by multipass, through EGL and OSMesa; rays along brick faces, edges and through
+ * corners, and from inside, included. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -73,15 +73,15 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
 
 #define VIEWS 6
 
-/* Images of every mode and view, skipping or not, in one renderer, against those of the first. */
+/* Images of every mode and view, in one way, against those of the first. */
 static void compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
-                        const struct brick_transfer *transfer, double isovalue, double step, bool skip,
-                        struct brick_image *images, bool first, const char *what)
+                        const struct brick_transfer *transfer, double isovalue,
+                        const struct vr_quality *quality, struct brick_image *images, bool first,
+                        const char *what)
 {
     for (int mode = 0; mode < 4; mode++)
         for (int view = 0; view < VIEWS; view++) {
             struct vr_scene scene = vr_scene_defaults;
-            struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
             struct vr_report report;
             char line[160];
@@ -89,10 +89,8 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
             scene.transfer = transfer;
             scene.isovalue = isovalue;
             scene.width = scene.height = EDGE;
-            quality.step_vox = step;
-            quality.skip = skip;
             camera_of(view, grid, &scene.camera);
-            render(renderer, &scene, &quality, &image, &report);
+            render(renderer, &scene, quality, &image, &report);
             assert_true(report.bricks_active <= report.bricks_total);
             if (first) {
                 double sum = 0.0;
@@ -103,7 +101,7 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
                 images[mode * VIEWS + view] = image;
                 continue;
             }
-            snprintf(line, sizeof line, "%s, mode %d, view %d, step %g", what, mode, view, step);
+            snprintf(line, sizeof line, "%s, mode %d, view %d, step %g", what, mode, view, quality->step_vox);
             assert_same_image(&image, &images[mode * VIEWS + view], line);
             brick_image_finish(&image);
         }
@@ -127,8 +125,8 @@ static void test_passes(void **state)
     for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
         struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
-        for (int run = 0; renderer && run < 8; run++) {
-            int mode = run / 2;
+        for (int run = 0; renderer && run < 12; run++) {
+            int mode = run % 4, way = run / 4;
             struct vr_scene scene = vr_scene_defaults;
             struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
@@ -143,12 +141,12 @@ static void test_passes(void **state)
                                                  .up = {0, 1, 0},
                                                  .ortho_height_mm = 1.5};
             quality.step_vox = 0.37;
-            quality.skip = run & 1;
+            quality.skip = way > 0;
+            quality.method = way < 2 ? VR_METHOD_RAYCAST : VR_METHOD_MULTIPASS;
             render(renderer, &scene, &quality, &image, &report);
             assert_true(report.passes > 10);
-            snprintf(line, sizeof line, "long rays, bricks of %u, mode %d, skipping %d", edges[e], mode,
-                     run & 1);
-            if (first && !(run & 1)) {
+            snprintf(line, sizeof line, "long rays, bricks of %u, mode %d, way %d", edges[e], mode, way);
+            if (first && way == 0) {
                 assert_true(image.rgba[4 * 12 + 3] > 0.1f);
                 images[mode] = image;
                 continue;
@@ -180,11 +178,18 @@ static void check(enum brick_type type, const void *voxels, double isovalue, dou
         struct brick_volume *volume = volume_of(&source, edges[e]);
         for (int c = 0; c < 2; c++) {
             struct vr_renderer *renderer = c == 0 || e == 0 ? try_renderer(volume, kinds[c]) : NULL;
-            for (int skip_blocks = 0; renderer && skip_blocks < 2; skip_blocks++) {
+            for (int way = 0; renderer && way < (e == 1 ? 4 : 2); way++) {
+                struct vr_quality quality = vr_quality_defaults;
                 char what[80];
-                snprintf(what, sizeof what, "%s, bricks of %u, skipping %d", names[c], edges[e], skip_blocks);
-                compare_all(renderer, brick_volume_grid(volume), transfer, isovalue, step, skip_blocks,
-                            images, first, what);
+                quality.step_vox = step;
+                quality.skip = way % 2;
+                quality.pass_steps = way % 2 ? 13 : 64;
+                if (way >= 2)
+                    quality.method = VR_METHOD_MULTIPASS;
+                snprintf(what, sizeof what, "%s, bricks of %u, method %d, skipping %d", names[c], edges[e],
+                         (int)quality.method, quality.skip);
+                compare_all(renderer, brick_volume_grid(volume), transfer, isovalue, &quality, images, first,
+                            what);
                 first = false;
             }
             vr_renderer_destroy(&renderer);

@@ -34,7 +34,7 @@ static int setup(void **state)
         return 0;
     }
     assert_int_equal(vr_context_bind(b->context, &err), 0);
-    assert_int_equal(vr_target_init(&b->target, b->context, EDGE, EDGE, &err), 0);
+    assert_int_equal(vr_target_init(&b->target, b->context, EDGE, EDGE, false, &err), 0);
     return 0;
 }
 
@@ -69,7 +69,7 @@ static void run(struct bench *b, struct vr_shader_part part, const char *main_te
     vr_buffer_use(&buffer, b->context, 0);
     b->context->gl.UseProgram(program);
     vr_target_use(&b->target, b->context, 0, 1);
-    vr_target_draw(&b->target, b->context, EDGE, EDGE, flags, EDGE / VR_TARGET_TILE);
+    vr_target_draw(&b->target, b->context, EDGE, EDGE, flags, EDGE / VR_TARGET_TILE, VR_TARGET_DEPTH_OFF);
     vr_target_read(&b->target, b->context, EDGE, EDGE, output, EDGE, numbers);
     b->context->gl.UseProgram(0);
     b->context->gl.DeleteProgram(program);

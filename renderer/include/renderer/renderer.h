@@ -40,7 +40,8 @@ extern const struct vr_scene vr_scene_defaults;
 
 /* Methods on the GPU, drawn by vr_render. */
 enum vr_method {
-    VR_METHOD_RAYCAST, /* Krueger and Westermann 2003; Scharsach 2005 */
+    VR_METHOD_RAYCAST,   /* Scharsach 2005 */
+    VR_METHOD_MULTIPASS, /* Krueger and Westermann 2003, section 2 */
     VR_METHODS
 };
 
@@ -51,7 +52,9 @@ struct vr_quality {
     double termination;   /* a ray ends where its transmittance falls below; 0: never */
     bool skip;            /* jump over inactive bricks and macrocells */
     uint32_t refinements; /* bisections at an isosurface hit */
+    uint32_t pass_steps;  /* multipass: samples a ray and pass, 1 to VR_MAX_PASS_STEPS */
 };
+#define VR_MAX_PASS_STEPS 1500
 extern const struct vr_quality vr_quality_defaults;
 
 struct vr_report {
@@ -86,8 +89,8 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * into caches of any size that holds a brick, and stay for the next picture. Errors of reading name the
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
- * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
- * sizes of the caches. No clip planes. */
+ * raycast and multipass: in passes, between which the bricks come that rays need; the picture is the same
+ * bytes for both, and for all sizes of the caches. No clip planes. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 

@@ -13,23 +13,13 @@
 static int draw(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
                 struct brick_error *err)
 {
-    static const struct vr_shader_part parts[] = {
-        {"exponential.glsl", vr_shader_exponential},
-        {"fixed.glsl", vr_shader_fixed},
-        {"ray.glsl", vr_shader_ray},
-        {"field.glsl", vr_shader_field},
-        {"transfer.glsl", vr_shader_transfer},
-        {"shading.glsl", vr_shader_shading},
-        {"feedback.glsl", vr_shader_feedback},
-        {"state.glsl", vr_shader_state},
-        {"march.glsl", vr_shader_march},
-        {"raycast.glsl", vr_shader_raycast},
-    };
+    static const struct vr_shader_part parts[] = {VR_MARCH_PARTS, {"raycast.glsl", vr_shader_raycast}};
     static const struct vr_program_source source = {.fragment = parts,
                                                     .fragment_count = sizeof parts / sizeof *parts};
     char defines[64];
     snprintf(defines, sizeof defines, "#define STEPS_A_PASS %d\n", STEPS_A_PASS);
-    return vr_march_draw(state, frame, &source, defines, image, report, err);
+    const struct vr_march_pass pass = {&source, defines, VR_TARGET_DEPTH_OFF};
+    return vr_march_draw(state, frame, &pass, 1, image, report, err);
 }
 
 static void finish(void *state, struct vr_context *context)
