@@ -8,7 +8,10 @@ int bench_render(int argc, char **argv);
 int bench_isotrace(int argc, char **argv);
 int bench_convert(int argc, char **argv);
 int bench_codecs(int argc, char **argv);
+int bench_bricks(int argc, char **argv);
 int bench_accuracy(int argc, char **argv);
+int bench_peers(int argc, char **argv);
+int bench_papers(int argc, char **argv);
 
 #define BENCH_REPEAT_MAX 1000
 /* Sorts the n >= 1 values. */

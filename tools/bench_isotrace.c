@@ -9,39 +9,30 @@
 #include <renderer/renderer.h>
 
 #include "bench.h"
+#include "bench_isotrace.h"
 #include "message.h"
 #include "options.h"
 
 #define COMMAND     "bench isotrace"
-#define MAX_CORES   64
 #define SAMPLES_MIN 1000
 
 struct request {
     double iso, orbit[2];
-    uint32_t size[2], frames;
-    uint64_t host_cache_bytes;
-    unsigned threads;
+    uint32_t size[2];
+    struct bench_isotrace bench;
     bool has_iso, json;
 };
 
-enum { FLAT, BRICKS, TILED, HIERARCHY, HIERARCHY_TILED, VARIANTS };
 static const struct {
     const char *name, *key;
     enum vr_iso_layout layout;
     bool skip;
-} variants[VARIANTS] = {
+} variants[BENCH_VARIANTS] = {
     {"initial: one array, cell by cell", "initial", VR_ISO_FLAT, false},
     {"bricks, cell by cell", "bricks", VR_ISO_BRICKS, false},
     {"tiled bricks, cell by cell", "tiled", VR_ISO_TILED, false},
     {"hierarchy and bricks", "hierarchy_bricks", VR_ISO_BRICKS, true},
     {"hierarchy and tiled bricks", "hierarchy_tiled", VR_ISO_TILED, true},
-};
-
-struct results {
-    struct vr_iso_profile profile;
-    unsigned cores;
-    double core_seconds[MAX_CORES]; /* for 1, 2, .. cores */
-    double seconds[VARIANTS];
 };
 
 static int one_frame(struct vr_isotracer *tracer, const struct vr_scene *scene, bool skip,
@@ -58,13 +49,12 @@ static int one_frame(struct vr_isotracer *tracer, const struct vr_scene *scene, 
 }
 
 /* On one thread, so that the one that looks on has a core of its own where there are two. */
-static int measure_shares(const struct request *r, const struct brick_volume *volume,
-                          const struct vr_scene *scene, struct brick_image *image, struct results *results,
-                          struct brick_error *err)
+static int measure_shares(struct bench_isotrace *r, const struct brick_volume *volume,
+                          const struct vr_scene *scene, struct brick_image *image, struct brick_error *err)
 {
     const struct vr_isotracer_params params = {.host_cache_bytes = r->host_cache_bytes, .threads = 1};
     struct vr_isotracer *tracer = NULL;
-    const struct vr_iso_profile *p = &results->profile;
+    const struct vr_iso_profile *p = &r->profile;
     double seconds;
     int code = vr_isotracer_create(&tracer, volume, &params, err);
     /* Short frames: more of them, for enough samples. */
@@ -72,49 +62,47 @@ static int measure_shares(const struct request *r, const struct brick_volume *vo
          !code && (i <= r->frames ||
                    (i <= BENCH_REPEAT_MAX && p->traversal + p->intersection + p->shading < SAMPLES_MIN));
          i++)
-        code = one_frame(tracer, scene, true, i ? &results->profile : NULL, image, &seconds, err);
+        code = one_frame(tracer, scene, true, i ? &r->profile : NULL, image, &seconds, err);
     vr_isotracer_destroy(&tracer);
     return code;
 }
 
-static int measure_cores(const struct request *r, const struct brick_volume *volume,
-                         const struct vr_scene *scene, struct brick_image *image, struct results *results,
-                         struct brick_error *err)
+static int measure_cores(struct bench_isotrace *r, const struct brick_volume *volume,
+                         const struct vr_scene *scene, struct brick_image *image, struct brick_error *err)
 {
-    static double seconds[MAX_CORES][BENCH_REPEAT_MAX];
-    struct vr_isotracer *tracer[MAX_CORES] = {NULL};
+    static double seconds[BENCH_CORES_MAX][BENCH_REPEAT_MAX];
+    struct vr_isotracer *tracer[BENCH_CORES_MAX] = {NULL};
     double warm;
     int code = 0;
-    results->cores = r->threads ? r->threads : brick_cores();
-    if (results->cores > MAX_CORES)
-        results->cores = MAX_CORES;
-    for (unsigned n = 0; n < results->cores && !code; n++) {
+    r->cores = r->threads ? r->threads : brick_cores();
+    if (r->cores > BENCH_CORES_MAX)
+        r->cores = BENCH_CORES_MAX;
+    for (unsigned n = 0; n < r->cores && !code; n++) {
         const struct vr_isotracer_params params = {.host_cache_bytes = r->host_cache_bytes, .threads = n + 1};
         code = vr_isotracer_create(&tracer[n], volume, &params, err);
         if (!code)
             code = one_frame(tracer[n], scene, true, NULL, image, &warm, err);
     }
     for (uint32_t i = 0; i < r->frames; i++)
-        for (unsigned n = 0; n < results->cores && !code; n++)
+        for (unsigned n = 0; n < r->cores && !code; n++)
             code = one_frame(tracer[n], scene, true, NULL, image, &seconds[n][i], err);
-    for (unsigned n = 0; n < results->cores; n++) {
+    for (unsigned n = 0; n < r->cores; n++) {
         if (!code)
-            results->core_seconds[n] = bench_spread(seconds[n], r->frames).median;
+            r->core_seconds[n] = bench_spread(seconds[n], r->frames).median;
         vr_isotracer_destroy(&tracer[n]);
     }
     return code;
 }
 
-static int measure_variants(const struct request *r, const struct brick_volume *volume,
-                            const struct vr_scene *scene, struct brick_image *image, struct results *results,
-                            struct brick_error *err)
+static int measure_variants(struct bench_isotrace *r, const struct brick_volume *volume,
+                            const struct vr_scene *scene, struct brick_image *image, struct brick_error *err)
 {
-    static double seconds[VARIANTS][BENCH_REPEAT_MAX];
-    struct vr_isotracer *tracer[VARIANTS] = {NULL};
+    static double seconds[BENCH_VARIANTS][BENCH_REPEAT_MAX];
+    struct vr_isotracer *tracer[BENCH_VARIANTS] = {NULL};
     struct brick_image other = {0};
     double warm;
     int code = brick_image_init(&other, scene->width, scene->height, err);
-    for (int v = 0; v < VARIANTS && !code; v++) {
+    for (int v = 0; v < BENCH_VARIANTS && !code; v++) {
         const struct vr_isotracer_params params = {
             .host_cache_bytes = r->host_cache_bytes, .threads = r->threads, .layout = variants[v].layout};
         code = vr_isotracer_create(&tracer[v], volume, &params, err);
@@ -126,77 +114,95 @@ static int measure_variants(const struct request *r, const struct brick_volume *
                               variants[0].name);
     }
     for (uint32_t i = 0; i < r->frames; i++)
-        for (int v = 0; v < VARIANTS && !code; v++)
+        for (int v = 0; v < BENCH_VARIANTS && !code; v++)
             code = one_frame(tracer[v], scene, variants[v].skip, NULL, &other, &seconds[v][i], err);
-    for (int v = 0; v < VARIANTS; v++) {
+    for (int v = 0; v < BENCH_VARIANTS; v++) {
         if (!code)
-            results->seconds[v] = bench_spread(seconds[v], r->frames).median;
+            r->seconds[v] = bench_spread(seconds[v], r->frames).median;
         vr_isotracer_destroy(&tracer[v]);
     }
     brick_image_finish(&other);
     return code;
 }
 
-static double share(const struct vr_iso_profile *p, uint64_t part)
+double bench_isotrace_share(const struct vr_iso_profile *p, uint64_t part)
 {
     uint64_t all = p->traversal + p->intersection + p->shading;
     return all ? 100.0 * (double)part / (double)all : 0.0;
 }
 
-static void print_text(const struct request *r, const struct results *s)
+int bench_isotrace_measure(struct bench_isotrace *r, const struct brick_volume *volume,
+                           const struct vr_scene *scene, struct brick_error *err)
 {
+    struct brick_image image = {0};
+    int code = brick_image_init(&image, scene->width, scene->height, err);
+    if (!code)
+        code = measure_variants(r, volume, scene, &image, err);
+    if (!code)
+        code = measure_cores(r, volume, scene, &image, err);
+    if (!code)
+        code = measure_shares(r, volume, scene, &image, err);
+    brick_image_finish(&image);
+    return code;
+}
+
+static void print_text(const struct request *r)
+{
+    const struct bench_isotrace *s = &r->bench;
     const struct vr_iso_profile *p = &s->profile;
-    printf("%ux%u, iso %g, %u frames\n", r->size[0], r->size[1], r->iso, r->frames);
+    printf("%ux%u, iso %g, %u frames\n", r->size[0], r->size[1], r->iso, s->frames);
     printf("\n%-34s %9s\n", "share of a ray's time (table 1)", "%");
-    printf("%-34s %9.1f\n", "traversal", share(p, p->traversal));
-    printf("%-34s %9.1f\n", "intersection", share(p, p->intersection));
-    printf("%-34s %9.1f\n", "shading", share(p, p->shading));
+    printf("%-34s %9.1f\n", "traversal", bench_isotrace_share(p, p->traversal));
+    printf("%-34s %9.1f\n", "intersection", bench_isotrace_share(p, p->intersection));
+    printf("%-34s %9.1f\n", "shading", bench_isotrace_share(p, p->shading));
     printf("\n%-34s %9s %9s %9s\n", "cores (table 2)", "seconds", "frames/s", "speed-up");
     for (unsigned n = 0; n < s->cores; n++)
         printf("%-34u %9.4f %9.1f %9.2f\n", n + 1, s->core_seconds[n], 1.0 / s->core_seconds[n],
                s->core_seconds[0] / s->core_seconds[n]);
     printf("\n%-34s %9s %9s\n", "order of voxels (table 3)", "seconds", "initial/it");
-    for (int v = 0; v < VARIANTS; v++)
-        printf("%-34s %9.4f %9.2f\n", variants[v].name, s->seconds[v], s->seconds[FLAT] / s->seconds[v]);
+    for (int v = 0; v < BENCH_VARIANTS; v++)
+        printf("%-34s %9.4f %9.2f\n", variants[v].name, s->seconds[v],
+               s->seconds[BENCH_FLAT] / s->seconds[v]);
 }
 
-static int print_json(const struct request *r, const struct results *s)
+static int print_json(const struct request *r)
 {
+    const struct bench_isotrace *s = &r->bench;
     const struct vr_iso_profile *p = &s->profile;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddNumberToObject(json, "width", r->size[0]);
     cJSON_AddNumberToObject(json, "height", r->size[1]);
     cJSON_AddNumberToObject(json, "iso", r->iso);
-    cJSON_AddNumberToObject(json, "frames", r->frames);
+    cJSON_AddNumberToObject(json, "frames", s->frames);
     cJSON *shares = cJSON_AddObjectToObject(json, "share_percent");
-    cJSON_AddNumberToObject(shares, "traversal", share(p, p->traversal));
-    cJSON_AddNumberToObject(shares, "intersection", share(p, p->intersection));
-    cJSON_AddNumberToObject(shares, "shading", share(p, p->shading));
+    cJSON_AddNumberToObject(shares, "traversal", bench_isotrace_share(p, p->traversal));
+    cJSON_AddNumberToObject(shares, "intersection", bench_isotrace_share(p, p->intersection));
+    cJSON_AddNumberToObject(shares, "shading", bench_isotrace_share(p, p->shading));
     cJSON_AddItemToObject(json, "seconds_cores", cJSON_CreateDoubleArray(s->core_seconds, (int)s->cores));
     cJSON *seconds = cJSON_AddObjectToObject(json, "seconds");
-    for (int v = 0; v < VARIANTS; v++)
+    for (int v = 0; v < BENCH_VARIANTS; v++)
         cJSON_AddNumberToObject(seconds, variants[v].key, s->seconds[v]);
     return tool_json_print(COMMAND, json);
 }
 
 int bench_isotrace(int argc, char **argv)
 {
-    struct request r = {
-        .size = {512, 512}, .frames = 5, .host_cache_bytes = vr_isotracer_defaults.host_cache_bytes};
+    struct request r = {.size = {512, 512},
+                        .bench = {.frames = 5, .host_cache_bytes = vr_isotracer_defaults.host_cache_bytes}};
     int first = 0;
     const struct tool_option options[] = {
         {"iso", .value = "V", .parse = tool_parse_real, .target = &r.iso, .given = &r.has_iso,
          .help = "isovalue (default the middle of the range)"},
-        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.frames,
+        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.bench.frames,
          .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "frames to take the median of (default 5)"},
         {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
          .help = "pixels (default 512x512)"},
         {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
          .help = "azimuth and elevation in degrees (default 0,0)"},
-        {"host-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.host_cache_bytes,
+        {"host-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.bench.host_cache_bytes,
          .help =
              "bytes of decoded bricks in memory; the orders other\nthan the file's need room for the volume"},
-        TOOL_OPTION_THREADS(&r.threads),
+        TOOL_OPTION_THREADS(&r.bench.threads),
         TOOL_OPTION_JSON(&r.json),
     };
     const struct tool_usage usage = {
@@ -214,14 +220,10 @@ int bench_isotrace(int argc, char **argv)
         return code;
 
     struct vr_scene scene = vr_scene_defaults;
-    struct results results = {0};
     struct brick_volume *volume = NULL;
-    struct brick_image image = {0};
     struct brick_error err = {0};
     double range[2];
     code = brick_volume_open(&volume, argv[first], &err);
-    if (!code)
-        code = brick_image_init(&image, r.size[0], r.size[1], &err);
     if (!code) {
         brick_volume_value_range(volume, range);
         if (!r.has_iso)
@@ -232,18 +234,13 @@ int bench_isotrace(int argc, char **argv)
         scene.height = r.size[1];
         brick_camera_orbit(&scene.camera, brick_volume_grid(volume), r.orbit[0], r.orbit[1], 0, 0,
                            (double)scene.width / scene.height);
-        code = measure_variants(&r, volume, &scene, &image, &results, &err);
+        code = bench_isotrace_measure(&r.bench, volume, &scene, &err);
     }
-    if (!code)
-        code = measure_cores(&r, volume, &scene, &image, &results, &err);
-    if (!code)
-        code = measure_shares(&r, volume, &scene, &image, &results, &err);
-    brick_image_finish(&image);
     brick_volume_close(&volume);
     if (code)
         return tool_fail(COMMAND, &err);
     if (r.json)
-        return print_json(&r, &results);
-    print_text(&r, &results);
+        return print_json(&r);
+    print_text(&r);
     return 0;
 }

@@ -21,29 +21,34 @@ struct bench_spread bench_spread(double *values, size_t n)
         .median = (values[(n - 1) / 2] + values[n / 2]) / 2, .min = values[0], .max = values[n - 1]};
 }
 
+static const struct {
+    const char *name, *help;
+    int (*run)(int argc, char **argv);
+} measurements[] = {
+    {"render", "FILE    seconds per frame in the modes dvr, shaded, iso and mip, and of isotrace",
+     bench_render},
+    {"accuracy", "FILE  speed against error of every method, at several steps", bench_accuracy},
+    {"papers", "         the tables of the five papers again", bench_papers},
+    {"peers", "FILE     the same pictures by VTK's ways, frame by frame in turns", bench_peers},
+    {"isotrace", "FILE  isosurfaces on the CPU: where the time goes, cores, layouts, hierarchy",
+     bench_isotrace},
+    {"convert", "SRC    conversion against a plain copy of the same file", bench_convert},
+    {"bricks", "SRC     what the brick's edge costs, from conversion to pictures", bench_bricks},
+    {"codecs", "FILE... every codec's ratio and speed on the bricks of .brick files", bench_codecs},
+};
+
 int cmd_bench(int argc, char **argv)
 {
     const char *name = argc > 1 ? argv[1] : "";
-    if (!strcmp(name, "render"))
-        return bench_render(argc - 1, argv + 1);
-    if (!strcmp(name, "convert"))
-        return bench_convert(argc - 1, argv + 1);
-    if (!strcmp(name, "isotrace"))
-        return bench_isotrace(argc - 1, argv + 1);
-    if (!strcmp(name, "codecs"))
-        return bench_codecs(argc - 1, argv + 1);
-    if (!strcmp(name, "accuracy"))
-        return bench_accuracy(argc - 1, argv + 1);
+    for (size_t i = 0; i < sizeof measurements / sizeof *measurements; i++)
+        if (!strcmp(name, measurements[i].name))
+            return measurements[i].run(argc - 1, argv + 1);
     if (!strcmp(name, "--help")) {
-        puts("usage: brick bench NAME ...\n\n"
-             "  render FILE    seconds per frame in the modes dvr, shaded, iso and mip, and of isotrace\n"
-             "  accuracy FILE  speed against error of every method, at several steps\n"
-             "  isotrace FILE  isosurfaces on the CPU: where the time goes, cores, layouts, hierarchy\n"
-             "  convert SRC    conversion against a plain copy of the same file\n"
-             "  codecs FILE... every codec's ratio and speed on the bricks of .brick files\n\n"
-             "'brick bench NAME --help' lists the options.");
+        puts("usage: brick bench NAME ...\n");
+        for (size_t i = 0; i < sizeof measurements / sizeof *measurements; i++)
+            printf("  %s %s\n", measurements[i].name, measurements[i].help);
+        puts("\n'brick bench NAME --help' lists the options.");
         return TOOL_DONE;
     }
-    return tool_misuse("bench", "expected a measurement, render, accuracy, isotrace, convert or codecs%s%s",
-                       *name ? ", not " : "", name);
+    return tool_misuse("bench", "expected the name of a measurement%s%s", *name ? ", not " : "", name);
 }

@@ -61,8 +61,8 @@ size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFI
 {
     static const char *const modes[] = {"MODE_DVR", "MODE_SHADED", "MODE_ISO", "MODE_MIP"};
     static const char *const samplers[BRICK_TYPE_STORED_COUNT] = {
-        [BRICK_U8] = "usampler3D",  [BRICK_I8] = "isampler3D", [BRICK_U16] = "usampler3D",
-        [BRICK_I16] = "isampler3D", [BRICK_F32] = "sampler3D",
+        [BRICK_U8] = "usampler2DArray",  [BRICK_I8] = "isampler2DArray", [BRICK_U16] = "usampler2DArray",
+        [BRICK_I16] = "isampler2DArray", [BRICK_F32] = "sampler2DArray",
     };
     return (size_t)snprintf(
         defines, VR_FRAME_DEFINES_BYTES,

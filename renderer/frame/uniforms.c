@@ -85,6 +85,8 @@ void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *
     vr_set_ivec3(u, "level_bricks", bricks);
     vr_set_ivec3(u, "slots", atlas->slots);
     vr_set_ivec3(u, "slot_size", atlas->slot_size);
+    u->gl->Uniform2f(at(u, "atlas_texel"), 1.0f / (float)(atlas->slots[0] * atlas->slot_size[0]),
+                     1.0f / (float)(atlas->slots[1] * atlas->slot_size[1]));
     vr_set_ivec3(u, "slot_cells", macrocells->cells);
     vr_set_int(u, "plane_words", macrocells->plane_words);
     vr_set_int(u, "brick_shift", log2_of(frame->grid->edge));

@@ -40,6 +40,7 @@ static int inspect(struct vr_context *c, struct brick_error *err)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "%s gives OpenGL %d.%d (%s); 4.3 core is needed",
                           c->backend->name, (int)major, (int)minor, c->renderer);
     c->gl.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &c->max_texture_3d);
+    c->gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &c->max_layers);
     c->gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &c->max_texture_2d);
     c->gl.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &elements);
     c->max_buffer_elements = elements;

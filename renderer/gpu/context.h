@@ -27,7 +27,7 @@ struct vr_context {
     struct vr_gl gl; /* valid calls only between bind and unbind */
     int version;     /* 10 * major + minor */
     char renderer[128];
-    int max_texture_3d, max_texture_2d;
+    int max_texture_3d, max_texture_2d, max_layers;
     int64_t max_buffer_elements;
 };
 

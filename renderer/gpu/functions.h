@@ -65,6 +65,7 @@
     X(PFNGLUNIFORM1FPROC, Uniform1f)                                                                         \
     X(PFNGLUNIFORM1IPROC, Uniform1i)                                                                         \
     X(PFNGLUNIFORM1UIPROC, Uniform1ui)                                                                       \
+    X(PFNGLUNIFORM2FPROC, Uniform2f)                                                                         \
     X(PFNGLUNIFORM2IPROC, Uniform2i)                                                                         \
     X(PFNGLUNIFORM3DVPROC, Uniform3dv)                                                                       \
     X(PFNGLUNIFORM3FVPROC, Uniform3fv)                                                                       \

@@ -15,7 +15,7 @@ static void slot_shape(const struct brick_grid *grid, int size[3], uint64_t *byt
 static void slot_limit(const struct vr_context *context, const int size[3], int limit[3])
 {
     for (int a = 0; a < 3; a++) {
-        limit[a] = context->max_texture_3d / size[a];
+        limit[a] = (a < 2 ? context->max_texture_2d : context->max_layers) / size[a];
         if (limit[a] > VR_ATLAS_MAX_SLOTS)
             limit[a] = VR_ATLAS_MAX_SLOTS;
     }
@@ -70,12 +70,13 @@ int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const stru
     atlas->count = (uint32_t)(atlas->slots[0] * atlas->slots[1] * atlas->slots[2]);
 
     gl->GenTextures(1, &atlas->texture);
-    gl->BindTexture(GL_TEXTURE_3D, atlas->texture);
-    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl->TexStorage3D(GL_TEXTURE_3D, 1, formats[grid->type].internal, atlas->slots[0] * atlas->slot_size[0],
-                     atlas->slots[1] * atlas->slot_size[1], atlas->slots[2] * atlas->slot_size[2]);
-    gl->BindTexture(GL_TEXTURE_3D, 0);
+    gl->BindTexture(GL_TEXTURE_2D_ARRAY, atlas->texture);
+    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl->TexStorage3D(GL_TEXTURE_2D_ARRAY, 1, formats[grid->type].internal,
+                     atlas->slots[0] * atlas->slot_size[0], atlas->slots[1] * atlas->slot_size[1],
+                     atlas->slots[2] * atlas->slot_size[2]);
+    gl->BindTexture(GL_TEXTURE_2D_ARRAY, 0);
     result = vr_context_check(context, "GPU cache texture", err);
     if (result)
         vr_atlas_finish(atlas, context);
@@ -92,7 +93,7 @@ void vr_atlas_finish(struct vr_atlas *atlas, struct vr_context *context)
 void vr_atlas_use(const struct vr_atlas *atlas, struct vr_context *context, GLuint unit)
 {
     context->gl.ActiveTexture(GL_TEXTURE0 + unit);
-    context->gl.BindTexture(GL_TEXTURE_3D, atlas->texture);
+    context->gl.BindTexture(GL_TEXTURE_2D_ARRAY, atlas->texture);
     context->gl.ActiveTexture(GL_TEXTURE0);
 }
 
@@ -111,10 +112,10 @@ void vr_atlas_upload(const struct vr_atlas *atlas, struct vr_context *context, u
     uint32_t at[3];
     vr_atlas_slot_place(atlas, slot, at);
     gl->PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    gl->BindTexture(GL_TEXTURE_3D, atlas->texture);
-    gl->TexSubImage3D(GL_TEXTURE_3D, 0, (GLint)at[0] * atlas->slot_size[0],
+    gl->BindTexture(GL_TEXTURE_2D_ARRAY, atlas->texture);
+    gl->TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, (GLint)at[0] * atlas->slot_size[0],
                       (GLint)at[1] * atlas->slot_size[1], (GLint)at[2] * atlas->slot_size[2],
                       (GLsizei)stored[0], (GLsizei)stored[1], (GLsizei)stored[2], atlas->format, atlas->type,
                       (const void *)(uintptr_t)at_byte);
-    gl->BindTexture(GL_TEXTURE_3D, 0);
+    gl->BindTexture(GL_TEXTURE_2D_ARRAY, 0);
 }

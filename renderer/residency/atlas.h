@@ -1,5 +1,6 @@
-/* The atlas: the GPU cache texture, a 3D texture of equal slots, each room for one stored brick of any level.
- */
+/* The atlas: the GPU cache texture, an array of 2D layers in which equal slots are boxes, each room for one
+ * stored brick of any level. Layers and not a 3D texture, since shaders can gather four texels of a layer at
+ * once, as they are. */
 #ifndef RENDERER_RESIDENCY_ATLAS_H
 #define RENDERER_RESIDENCY_ATLAS_H
 

@@ -81,13 +81,18 @@ float voxel(ivec3 texel)
     return float(texelFetch(atlas, texel, 0).r);
 }
 
+uniform vec2 atlas_texel; /* 1 / the atlas's size */
+
+/* The four texels from t on of one layer, in the order of a Cell. A gather takes them as they are, in one go: no filter is
+ * involved, and the point that four texels share is half a texel from where the choice of four would change. */
+vec4 square(ivec3 t)
+{
+    return vec4(textureGather(atlas, vec3(vec2(t.xy + 1) * atlas_texel, float(t.z)))).wzxy;
+}
+
 Cell cell_fetch(ivec3 t)
 {
-    Cell c;
-    c.low = vec4(voxel(t), voxel(t + ivec3(1, 0, 0)), voxel(t + ivec3(0, 1, 0)), voxel(t + ivec3(1, 1, 0)));
-    t.z++;
-    c.high = vec4(voxel(t), voxel(t + ivec3(1, 0, 0)), voxel(t + ivec3(0, 1, 0)), voxel(t + ivec3(1, 1, 0)));
-    return c;
+    return Cell(square(t), square(t + ivec3(0, 0, 1)));
 }
 
 #ifdef NONFINITE
@@ -130,21 +135,18 @@ float central(vec4 v0, vec4 v1, vec4 v2, vec4 v3, float t, vec2 other)
     return bilinear(difference, other);
 }
 
-vec4 face(ivec3 t, ivec3 u, ivec3 v)
-{
-    return vec4(voxel(t), voxel(t + u), voxel(t + v), voxel(t + u + v));
-}
-
 /* Central differences of the trilinear field at +-1 voxel, in the level's index space. t: the cell's texel. Where a
  * neighbour is not finite the component is 0. */
 vec3 cell_gradient(Cell c, ivec3 t, vec3 f)
 {
     const ivec3 x = ivec3(1, 0, 0), y = ivec3(0, 1, 0), z = ivec3(0, 0, 1);
-    vec3 g = vec3(central(face(t - x, y, z), vec4(c.low.xz, c.high.xz), vec4(c.low.yw, c.high.yw),
-                          face(t + 2 * x, y, z), f.x, f.yz),
-                  central(face(t - y, x, z), vec4(c.low.xy, c.high.xy), vec4(c.low.zw, c.high.zw),
-                          face(t + 2 * y, x, z), f.y, f.xz),
-                  central(face(t - z, x, y), c.low, c.high, face(t + 2 * z, x, y), f.z, f.xy));
+    vec4 left0 = square(t - x), left1 = square(t - x + z), right0 = square(t + x), right1 = square(t + x + z);
+    vec4 front0 = square(t - y), front1 = square(t - y + z), back0 = square(t + y), back1 = square(t + y + z);
+    vec3 g = vec3(central(vec4(left0.xz, left1.xz), vec4(c.low.xz, c.high.xz), vec4(c.low.yw, c.high.yw),
+                          vec4(right0.yw, right1.yw), f.x, f.yz),
+                  central(vec4(front0.xy, front1.xy), vec4(c.low.xy, c.high.xy), vec4(c.low.zw, c.high.zw),
+                          vec4(back0.zw, back1.zw), f.y, f.xz),
+                  central(square(t - z), c.low, c.high, square(t + 2 * z), f.z, f.xy));
 #ifdef NONFINITE
     for (int i = 0; i < 3; i++)
         if ((floatBitsToUint(g[i]) & 0x7f800000u) == 0x7f800000u)

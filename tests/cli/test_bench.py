@@ -3,6 +3,7 @@
 import csv
 import os
 import shutil
+import subprocess
 
 import cli
 
@@ -45,6 +46,46 @@ class Accuracy(cli.Case):
         self.fails(1, "taken: cannot make this folder", "bench", "accuracy", "c.brick", "-o", "taken")
         self.fails(2, "no output", "bench", "accuracy", "c.brick")
         self.fails(2, "not above 0", "bench", "accuracy", "c.brick", "-o", "x", "--steps", "1,0")
+
+
+def has_vtk():
+    """VTK for Debian's Python, which brick asks unless told otherwise, and a display to draw on."""
+    return shutil.which("xvfb-run") and not subprocess.run(
+        ["/usr/bin/python3", "-c", "import vtk"], capture_output=True).returncode
+
+
+@cli.needs_gl
+@cli.needs_png
+class Peers(cli.Case):
+    def make(self):
+        self.brick("synth", "ct", "--size", "64x56x48", "--type", "i16", "-o", "ct.brick", "--quiet")
+
+    def test_same_picture(self):
+        """Both sides draw the same thing: where VTK is as good as its 8 bits allow, so is the difference."""
+        if not has_vtk():
+            self.skipTest("VTK or xvfb is not installed")
+        self.make()
+        self.brick("bench", "peers", "ct.brick", "-o", "out", "--size", "96x96", "--frames", "1", "--step", "0.25",
+                   "--camera", "20,10", "--iso", "300", "--tf", "ct-bone")
+        with open(self.path("out/peers.csv"), newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([r["mode"] for r in rows], ["dvr"] * 3 + ["shaded"] * 3 + ["iso"] * 6)
+        dvr = {r["way"]: float(r["rmse"]) for r in rows if r["mode"] == "dvr"}
+        # Far below what a picture that is mirrored or moved by a pixel would give: the bones are as thin as pixels.
+        self.assertLess(dvr["VTK GPU mapper"], 0.01)
+        self.assertLess(dvr["raycast"], 1e-3)
+        names = os.listdir(self.path("out"))
+        self.assertIn("iso, VTK flying edges, mesh.png", names)
+        self.assertNotIn("volume.raw", names)
+
+    def test_no_python(self):
+        self.make()
+        self.brick("synth", "constant", "--size", "8x8x8", "-o", "c.brick", "--quiet")
+        os.mkdir(self.path("out"))
+        line = self.run_brick("bench", "peers", "c.brick", "-o", "out", "--size", "8x8", "--python", "/nowhere/python3")
+        self.assertEqual(line.returncode, 1)
+        self.assertIn("brick bench peers: ", line.stderr)
+        self.assertEqual(os.listdir(self.path("out")), [])
 
 
 if __name__ == "__main__":
