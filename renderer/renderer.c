@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "method.h"
+#include "scene.h"
 
 struct vr_renderer {
     const struct brick_volume *volume;
@@ -86,9 +87,11 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     if (scene->level >= grid->levels)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "level %u does not exist; the volume has %u", scene->level,
                           grid->levels);
-    if (scene->clip_count > 0)
+    if ((scene->clip_count && !methods[quality->method]->clips) ||
+        (scene->mesh_count && !methods[quality->method]->meshes))
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "the raycaster does not cut at clip planes; the exact method does");
+                          "this method draws no %s; raycast, multipass and the exact method do",
+                          scene->clip_count && !methods[quality->method]->clips ? "clip planes" : "meshes");
     if (scene->width != image->width || scene->height != image->height || !image->rgba)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the image has %u x %u pixels, the scene %u x %u",
                           image->width, image->height, scene->width, scene->height);
@@ -98,7 +101,7 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     if (!(quality->termination >= 0.0 && quality->termination < 1.0))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a termination at %g; it must be in [0, 1)",
                           quality->termination);
-    return BRICK_OK;
+    return vr_scene_check_parts(scene, err);
 }
 
 static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, const struct vr_quality *quality,

@@ -9,32 +9,10 @@
 #include <formats/formats.h>
 #include <renderer/renderer.h>
 
-#include "cameras.h"
 #include "command.h"
 #include "message.h"
 #include "options.h"
-#include "transfer.h"
-
-/* The GPU's, in the order of enum vr_method, then those on the CPU. */
-enum { METHOD_ISOTRACE = VR_METHODS, METHOD_EXACT };
-
-struct request {
-    struct tool_list outputs;
-    const char *tf, *path;
-    uint32_t turntable;
-    struct vr_scene scene;
-    struct vr_quality quality;
-    struct vr_renderer_params renderer;
-    struct fmt_image_params image;
-    struct tool_list clip;
-    struct tool_reals iso, iso_opacity;
-    struct vr_isotrace_params isotrace;
-    int mode, method, context, field;
-    double orbit[2], eye[3], look[3], up[3], fov, ortho;
-    bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
-    bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_opacity, has_pass_steps, no_skip, json, quiet;
-};
+#include "render.h"
 
 /* Mode, method, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
@@ -44,7 +22,7 @@ static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified",
 static const char *const filters[] = {"exact", NULL};
 
 /* -1, or the exit code of a usage error. */
-static int check_isotrace(const struct request *request)
+static int check_isotrace(const struct tool_request *request)
 {
     if (request->method != METHOD_ISOTRACE) {
         if (request->iso.count > 1 || request->has_opacity || request->isotrace.lit ||
@@ -59,13 +37,15 @@ static int check_isotrace(const struct request *request)
         return tool_misuse("render", "--iso-opacity needs as many numbers as --iso");
     if (request->has_step || request->has_refinements)
         return tool_misuse("render", "--method isotrace has no --step or --refinements");
+    if (request->clip.count || request->has_clip_box || request->mesh.count)
+        return tool_misuse("render", "--method isotrace draws no --clip, --clip-box or --mesh");
     if (request->has_cache || request->has_context)
         return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
     return -1;
 }
 
 /* -1, or the exit code of a usage error. */
-static int check_request(const struct request *request)
+static int check_request(const struct tool_request *request)
 {
     bool iso = request->mode == BRICK_MODE_ISO;
     if (!request->outputs.count)
@@ -97,13 +77,13 @@ static int check_request(const struct request *request)
             return tool_misuse("render", "--field preclassified goes with --mode dvr or shaded");
         if (request->has_cache || request->has_context)
             return tool_misuse("render", "--method exact runs on the CPU, without --gpu-cache and --context");
-    } else if (request->has_field || request->clip.count) {
-        return tool_misuse("render", "--field and --clip go with --method exact");
+    } else if (request->has_field) {
+        return tool_misuse("render", "--field goes with --method exact");
     }
     return check_isotrace(request);
 }
 
-static int place_cameras(const struct request *request, const struct brick_grid *grid,
+static int place_cameras(const struct tool_request *request, const struct brick_grid *grid,
                          struct tool_cameras *cameras, struct brick_error *err)
 {
     const struct tool_view view = {request->orbit[0], request->orbit[1], request->fov, request->ortho,
@@ -123,132 +103,30 @@ static int place_cameras(const struct request *request, const struct brick_grid 
     return BRICK_OK;
 }
 
-/* Surfaces coloured by the transfer function at their values, or else the first as any isosurface and the
- * others each in a colour of its own. */
-static int trace_surfaces(const struct request *request, struct vr_isotracer *tracer,
-                          const struct vr_scene *scene, struct brick_image *image, struct vr_report *report,
-                          struct brick_error *err)
-{
-    static const double others[][3] = {
-        {0.7, 0.25, 0.15}, {0.2, 0.5, 0.75}, {0.3, 0.65, 0.25}, {0.75, 0.6, 0.15}};
-    struct vr_iso_surface surfaces[TOOL_REALS_MAX];
-    struct vr_isotrace_params params = request->isotrace;
-    double sigma;
-    for (uint32_t k = 0; k < request->iso.count; k++) {
-        surfaces[k].isovalue = request->iso.value[k];
-        surfaces[k].opacity = request->has_opacity ? request->iso_opacity.value[k] : 1.0;
-        memcpy(surfaces[k].rgb, k ? others[(k - 1) % TOOL_COUNT(others)] : scene->iso_rgb,
-               sizeof surfaces[k].rgb);
-        if (scene->transfer)
-            brick_transfer_eval(scene->transfer, surfaces[k].isovalue, surfaces[k].rgb, &sigma);
-    }
-    params.surfaces = surfaces;
-    params.surface_count = request->iso.count;
-    params.skip = !request->no_skip;
-    if (request->has_termination)
-        params.termination = request->quality.termination;
-    return vr_render_isotrace(tracer, scene, &params, image, report, err);
-}
-
-/* -1, or the exit code of a usage error. */
-static int read_clip_planes(const struct tool_list *list, struct vr_scene *scene)
+/* -1, or the exit code of a usage error. A box is six planes. */
+static int read_clip_planes(const struct tool_request *request, struct vr_scene *scene)
 {
     static const struct tool_limits any = {0};
-    if (list->count > VR_MAX_CLIP_PLANES)
-        return tool_misuse("render", "--clip may be given %d times", VR_MAX_CLIP_PLANES);
+    const struct tool_list *list = &request->clip;
+    uint32_t count = 0;
+    if (list->count + (request->has_clip_box ? 6 : 0) > VR_MAX_CLIP_PLANES)
+        return tool_misuse("render", "%d clip planes are possible, of which --clip-box is six",
+                           VR_MAX_CLIP_PLANES);
     for (size_t i = 0; i < list->count; i++) {
         double plane[4];
         const char *wrong = tool_parse_plane(list->item[i], plane, &any);
         if (wrong)
             return tool_misuse("render", "--clip '%s' %s", list->item[i], wrong);
-        memcpy(scene->clip[i].normal, plane, sizeof scene->clip[i].normal);
-        scene->clip[i].offset_mm = plane[3];
+        memcpy(scene->clip[count].normal, plane, sizeof scene->clip[count].normal);
+        scene->clip[count++].offset_mm = plane[3];
     }
-    scene->clip_count = (uint32_t)list->count;
+    for (int side = 0; request->has_clip_box && side < 6; side++) {
+        double sign = side % 2 ? -1.0 : 1.0;
+        scene->clip[count].normal[side / 2] = sign;
+        scene->clip[count++].offset_mm = sign * request->clip_box[side / 2][side % 2];
+    }
+    scene->clip_count = count;
     return -1;
-}
-
-/* "img.exr" for a single picture; "img-0003.exr" in a film. */
-static int frame_path(const char *output, bool film, size_t frame, char *path, size_t size,
-                      struct brick_error *err)
-{
-    const char *slash = strrchr(output, '/'), *name = slash ? slash + 1 : output, *dot = strrchr(name, '.');
-    int stem = (int)((dot && dot > name ? dot : output + strlen(output)) - output);
-    int length = film ? snprintf(path, size, "%.*s-%04zu%s", stem, output, frame, output + stem)
-                      : snprintf(path, size, "%s", output);
-    return length < (int)size
-               ? BRICK_OK
-               : brick_fail(err, BRICK_ERR_ARGUMENT, "%.200s...: the name is too long", output);
-}
-
-/* What a film's frames share. */
-struct studio {
-    const struct request *request;
-    const struct brick_volume *volume;
-    struct vr_renderer *renderer; /* by the method, one of these, or neither: exact keeps nothing warm */
-    struct vr_isotracer *tracer;
-    struct vr_scene scene;
-    struct brick_image image;
-};
-
-static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_report *report,
-                      struct brick_error *err)
-{
-    const struct request *request = studio->request;
-    char path[4096];
-    int code;
-    if (studio->renderer) {
-        code = vr_render(studio->renderer, &studio->scene, &request->quality, &studio->image, report, err);
-    } else if (studio->tracer) {
-        code = trace_surfaces(request, studio->tracer, &studio->scene, &studio->image, report, err);
-    } else {
-        struct vr_exact_params params = vr_exact_defaults;
-        params.host_cache_bytes = request->renderer.host_cache_bytes;
-        params.threads = request->renderer.threads;
-        params.field = (enum vr_field)request->field;
-        code = vr_render_exact(studio->volume, &studio->scene, &params, &studio->image, report, err);
-    }
-    for (size_t i = 0; i < request->outputs.count && !code; i++)
-        if (!(code = frame_path(request->outputs.item[i], film, frame, path, sizeof path, err)))
-            code = fmt_image_write(path, &studio->image, &request->image, err);
-    if (!code && film && !request->quiet)
-        fprintf(stderr, "frame %zu: %.3f s, %llu passes, %llu bricks loaded, %llu read, %s\n", frame,
-                report->seconds_frame, (unsigned long long)report->passes,
-                (unsigned long long)report->bricks_loaded, (unsigned long long)report->bricks_read,
-                tool_size_text(report->bytes_read).text);
-    return code;
-}
-
-static int make_frames(const struct request *request, const struct brick_volume *volume,
-                       const struct tool_cameras *cameras, struct vr_report *reports, struct brick_error *err)
-{
-    struct studio studio = {.request = request, .volume = volume, .scene = request->scene};
-    struct brick_transfer *transfer = NULL;
-    bool film = request->path || request->has_turntable;
-
-    studio.scene.mode = (enum brick_mode)request->mode;
-    int code = 0;
-    /* An isosurface without --tf keeps its plain colour. */
-    if (studio.scene.mode != BRICK_MODE_ISO || request->tf)
-        code = tool_transfer_load(&transfer, request->tf, volume, err);
-    studio.scene.transfer = transfer;
-    if (!code)
-        code = brick_image_init(&studio.image, studio.scene.width, studio.scene.height, err);
-    if (!code && request->method < VR_METHODS)
-        code = vr_renderer_create(&studio.renderer, volume, &request->renderer, err);
-    const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
-                                            .threads = request->renderer.threads};
-    if (!code && request->method == METHOD_ISOTRACE)
-        code = vr_isotracer_create(&studio.tracer, volume, &cpu, err);
-    for (size_t i = 0; i < cameras->count && !code; i++) {
-        studio.scene.camera = cameras->item[i];
-        code = make_frame(&studio, film, i, &reports[i], err);
-    }
-    vr_renderer_destroy(&studio.renderer);
-    vr_isotracer_destroy(&studio.tracer);
-    brick_image_finish(&studio.image);
-    brick_transfer_destroy(&transfer);
-    return code;
 }
 
 /* What is counted, over all frames; what is a state, of the last; seconds_frame: of a frame, on average. */
@@ -301,7 +179,7 @@ static int print_json(const struct vr_report *reports, size_t count, double seco
     return tool_json_print("render", json);
 }
 
-static void print_summary(const struct request *request, const struct vr_report *reports, size_t count,
+static void print_summary(const struct tool_request *request, const struct vr_report *reports, size_t count,
                           double seconds)
 {
     const struct vr_report sum = sum_reports(reports, count);
@@ -311,7 +189,7 @@ static void print_summary(const struct request *request, const struct vr_report 
             sum.gl_renderer);
 }
 
-static int render(const struct request *request, const char *path)
+static int render(const struct tool_request *request, const char *path)
 {
     struct brick_volume *volume = NULL;
     struct tool_cameras cameras = {0};
@@ -331,7 +209,7 @@ static int render(const struct request *request, const char *path)
     if (!code && !(reports = calloc(cameras.count, sizeof *reports)))
         code = brick_fail(&err, BRICK_ERR_MEMORY, "no memory for %zu frames", cameras.count);
     if (!code)
-        code = make_frames(request, volume, &cameras, reports, &err);
+        code = tool_render_frames(request, volume, &cameras, reports, &err);
     double seconds = 1e-9 * (double)(brick_now_ns() - start_ns);
     if (code) {
         code = tool_fail("render", &err);
@@ -349,13 +227,14 @@ static int render(const struct request *request, const char *path)
 
 int cmd_render(int argc, char **argv)
 {
-    struct request r = {
+    struct tool_request r = {
         .scene = vr_scene_defaults,
         .quality = vr_quality_defaults,
         .renderer = vr_renderer_defaults,
         .image = fmt_image_defaults,
         .isotrace = vr_isotrace_defaults,
         .up = {0, 0, 1},
+        .mesh_rgb = {0.25, 0.5, 0.8},
     };
     uint32_t size[2] = {512, 512};
     int filter = 0, first = 0;
@@ -393,7 +272,13 @@ int cmd_render(int argc, char **argv)
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
         {"clip", .value = "A,B,C,D", .parse = tool_parse_list, .target = &r.clip,
-         .help = "exact: keep A x + B y + C z >= D, in mm; up to 6 times"},
+         .help = "keep A x + B y + C z >= D of the volume, in mm; may be\nrepeated"},
+        {"clip-box", .value = "X0,X1,Y0,Y1,Z0,Z1", .parse = tool_parse_box, .target = r.clip_box,
+         .given = &r.has_clip_box, .help = "keep what is in the box, in mm"},
+        {"mesh", .value = "FILE", .parse = tool_parse_list, .target = &r.mesh,
+         .help = "an opaque mesh in the scene, in mm: .ply or .obj; may be\nrepeated"},
+        {"mesh-color", .value = "R,G,B", .parse = tool_parse_triple, .target = r.mesh_rgb,
+         .limits = {.min = 0, .max = 1}, .help = "of meshes that have none, linear (default 0.25,0.5,0.8)"},
         {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit, .given = &r.has_camera,
          .help = "azimuth and elevation in degrees (default 0,0: from\nthe front)"},
         {"eye", .value = "X,Y,Z", .parse = tool_parse_triple, .target = r.eye, .given = &r.has_eye,
@@ -456,7 +341,7 @@ int cmd_render(int argc, char **argv)
     if (code < 0)
         code = check_request(&r);
     if (code < 0)
-        code = read_clip_planes(&r.clip, &r.scene);
+        code = read_clip_planes(&r, &r.scene);
     if (code >= 0)
         return code;
     r.scene.width = size[0];

@@ -222,6 +222,18 @@ const char *tool_parse_plane(const char *text, void *target, const struct tool_l
     return NULL;
 }
 
+const char *tool_parse_box(const char *text, void *target, const struct tool_limits *limits)
+{
+    double v[6];
+    (void)limits;
+    if (!scan_reals(text, v, 6))
+        return "is not six numbers with commas between";
+    if (!(v[0] < v[1] && v[2] < v[3] && v[4] < v[5]))
+        return "has an end that is not above its start";
+    memcpy(target, v, sizeof v);
+    return NULL;
+}
+
 const char *tool_parse_affine(const char *text, void *target, const struct tool_limits *limits)
 {
     double v[12];

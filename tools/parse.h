@@ -38,6 +38,7 @@ tool_parse tool_parse_pair;     /* double[2]: "A,B" */
 tool_parse tool_parse_triple;   /* double[3]: "X,Y,Z" */
 tool_parse tool_parse_spacing;  /* double[3], each above 0 */
 tool_parse tool_parse_plane;    /* double[4]: "A,B,C,D", not all of A, B, C zero */
+tool_parse tool_parse_box;      /* double[3][2]: "X0,X1,Y0,Y1,Z0,Z1", each X0 < X1 */
 tool_parse tool_parse_affine;   /* double[12] */
 tool_parse tool_parse_dims;     /* uint64_t[3]: "NXxNYxNZ", each at least 1 */
 tool_parse tool_parse_picture;  /* uint32_t[2]: "WxH" */

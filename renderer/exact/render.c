@@ -12,6 +12,8 @@
 #include <brick/threads.h>
 
 #include "cells.h"
+#include "meshes.h"
+#include "scene.h"
 #include "trace.h"
 
 #define TILE          16
@@ -37,19 +39,21 @@ struct frame {
     double *hit_mm;
     uint32_t tiles_x, tiles_y;
     struct worker *workers;
+    double clip[VR_MAX_CLIP_PLANES][4]; /* vr_scene_clip_plane */
+    struct vr_mesh_tree *tree;          /* NULL: no meshes */
+    struct brick_view world;            /* of its rays */
 };
 
 /* Cut the span where the scene's clip planes do. False when nothing is left. */
-static bool clip_span(const struct brick_grid *grid, const struct vr_scene *scene,
-                      const struct brick_ray *ray, double *t_enter_mm, double *t_leave_mm)
+static bool clip_span(const struct frame *frame, const struct brick_ray *ray, double *t_enter_mm,
+                      double *t_leave_mm)
 {
-    for (uint32_t p = 0; p < scene->clip_count; p++) {
-        double inside = -scene->clip[p].offset_mm, slope = 0.0; /* of the kept side's distance, at t = 0 */
+    for (uint32_t p = 0; p < frame->scene->clip_count; p++) {
+        const double *plane = frame->clip[p];
+        double inside = plane[3], slope = 0.0; /* of the kept side's distance, at t = 0 */
         for (int i = 0; i < 3; i++) {
-            const double *row = grid->affine[i], *o = ray->origin, *d = ray->direction;
-            double n = scene->clip[p].normal[i];
-            inside += n * (row[0] * o[0] + row[1] * o[1] + row[2] * o[2] + row[3]);
-            slope += n * (row[0] * d[0] + row[1] * d[1] + row[2] * d[2]);
+            inside += plane[i] * ray->origin[i];
+            slope += plane[i] * ray->direction[i];
         }
         if (slope > 0.0)
             *t_enter_mm = fmax(*t_enter_mm, -inside / slope);
@@ -61,21 +65,48 @@ static bool clip_span(const struct brick_grid *grid, const struct vr_scene *scen
     return *t_enter_mm < *t_leave_mm;
 }
 
+/* Behind all that the ray has gathered, and nothing is behind it. */
+static void add_mesh(const struct vr_look *look, const struct brick_ray *world, const struct vr_mesh_hit *hit,
+                     struct vr_ray_integral *ray)
+{
+    struct vr_light light = {.ambient = look->ambient,
+                             .diffuse = look->diffuse,
+                             .specular = look->specular,
+                             .shininess = look->shininess};
+    double shaded[3];
+    for (int i = 0; i < 3; i++) {
+        light.normal[i].c[0] = hit->normal[i];
+        light.facing.c[0] += hit->normal[i] * world->direction[i];
+    }
+    vr_light_shade(&light, 0.0, hit->rgb, shaded);
+    for (int c = 0; c < 3; c++)
+        ray->rgb[c] += exp(-ray->depth) * shaded[c];
+    ray->depth = INFINITY;
+}
+
 static int render_pixel(struct frame *frame, struct worker *worker, uint32_t x, uint32_t y,
                         struct brick_error *err)
 {
     size_t pixel = (size_t)y * frame->image->width + x;
     float *rgba = &frame->image->rgba[4 * pixel];
     struct vr_traced traced = {.hit_mm = INFINITY};
-    struct brick_ray ray;
+    struct brick_ray ray, world;
+    struct vr_mesh_hit hit = {.t_mm = INFINITY};
     double t_enter_mm, t_leave_mm;
     brick_view_ray(&frame->view, x, y, &ray);
+    if (frame->tree) {
+        brick_view_ray(&frame->world, x, y, &world);
+        vr_mesh_tree_first(frame->tree, &world, &hit);
+    }
     if (brick_ray_span(&ray, frame->grid, &t_enter_mm, &t_leave_mm) &&
-        clip_span(frame->grid, frame->scene, &ray, &t_enter_mm, &t_leave_mm)) {
+        clip_span(frame, &ray, &t_enter_mm, &t_leave_mm) && t_enter_mm < hit.t_mm) {
+        t_leave_mm = fmin(t_leave_mm, hit.t_mm);
         int result = vr_trace(&frame->look, &worker->cells.cells, &ray, t_enter_mm, t_leave_mm, &traced, err);
         if (result)
             return result;
     }
+    if (hit.t_mm < INFINITY)
+        add_mesh(&frame->look, &world, &hit, &traced.light);
     for (int c = 0; c < 3; c++)
         rgba[c] = (float)traced.light.rgb[c];
     rgba[3] = (float)-expm1(-traced.light.depth);
@@ -95,21 +126,6 @@ static int render_tile(void *context, uint64_t item, unsigned worker, struct bri
             if (result)
                 return result;
         }
-    return BRICK_OK;
-}
-
-static int check_clip(const struct vr_scene *scene, struct brick_error *err)
-{
-    if (scene->clip_count > VR_MAX_CLIP_PLANES)
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: %u clip planes; %d are allowed", scene->clip_count,
-                          VR_MAX_CLIP_PLANES);
-    for (uint32_t p = 0; p < scene->clip_count; p++) {
-        const double *n = scene->clip[p].normal;
-        double length = hypot(hypot(n[0], n[1]), n[2]);
-        if (!(length > 0.0) || !isfinite(length) || !isfinite(scene->clip[p].offset_mm))
-            return brick_fail(err, BRICK_ERR_ARGUMENT,
-                              "exact: clip plane %u has a normal of zero or numbers that are not finite", p);
-    }
     return BRICK_OK;
 }
 
@@ -138,7 +154,7 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
     if (!(params->tolerance >= MIN_TOLERANCE && params->tolerance < 1.0))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "exact: a tolerance of %g; %g or more is possible",
                           params->tolerance, MIN_TOLERANCE);
-    return check_clip(scene, err);
+    return vr_scene_check_parts(scene, err);
 }
 
 static void set_look(struct vr_look *look, const struct brick_grid *grid, const struct vr_scene *scene,
@@ -202,7 +218,13 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     active = brick_active_set(volume, &query, states);
     set_look(&frame.look, grid, scene, params);
+    for (uint32_t p = 0; p < scene->clip_count; p++)
+        vr_scene_clip_plane(scene, grid, p, frame.clip[p]);
 
+    vr_scene_world_view(&frame.view, grid, &frame.world);
+    if (scene->mesh_count &&
+        (result = vr_mesh_tree_create(&frame.tree, scene->meshes, scene->mesh_count, err)))
+        goto fail;
     result = brick_cache_create(&cache, volume, params->host_cache_bytes, err);
     if (result)
         goto fail;
@@ -238,6 +260,7 @@ fail:
     for (unsigned i = 0; i < threads; i++)
         vr_brick_cells_finish(&frame.workers[i].cells);
     free(frame.workers);
+    vr_mesh_tree_destroy(&frame.tree);
     brick_pool_destroy(&pool);
     brick_cache_destroy(&cache);
     free(states);

@@ -4,17 +4,28 @@
 #ifndef RENDERER_FRAME_FRAME_H
 #define RENDERER_FRAME_FRAME_H
 
+#include "meshes.h"
 #include "programs.h"
 #include "residency.h"
 #include "transfer_table.h"
 
 /* Texture units that all methods use alike; a method's own begin at VR_UNIT_METHOD. */
-enum { VR_UNIT_ATLAS, VR_UNIT_PAGES, VR_UNIT_MACROCELLS, VR_UNIT_PIECES, VR_UNIT_BINS, VR_UNIT_METHOD };
+enum {
+    VR_UNIT_ATLAS,
+    VR_UNIT_PAGES,
+    VR_UNIT_MACROCELLS,
+    VR_UNIT_PIECES,
+    VR_UNIT_BINS,
+    VR_UNIT_MESH_WAY,
+    VR_UNIT_MESH_COLOUR,
+    VR_UNIT_METHOD
+};
 
 /* What stays from picture to picture, whatever the method. One of zeros is empty. */
 struct vr_frame_store {
     struct vr_programs programs;
     struct vr_buffer pieces, bins; /* of the transfer function */
+    struct vr_mesh_layer meshes;
 };
 
 struct vr_frame {
@@ -40,7 +51,7 @@ int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const st
 void vr_frame_finish(struct vr_frame *frame);
 
 /* What the shared shader parts need defined: MODE and its values, VOXEL_SAMPLER, SEARCH_STEPS, and where they
- * hold SKIP and NONFINITE. Returns the number of bytes written. */
+ * hold SKIP, NONFINITE, CLIP_PLANES (how many) and MESHES. Returns the number of bytes written. */
 #define VR_FRAME_DEFINES_BYTES 512
 size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFINES_BYTES]);
 
@@ -56,6 +67,9 @@ void vr_set_ivec2(const struct vr_uniforms *u, const char *name, int x, int y);
 void vr_set_ivec3(const struct vr_uniforms *u, const char *name, const int v[3]);
 void vr_set_vec3(const struct vr_uniforms *u, const char *name, const double v[3]);
 void vr_set_dvec3(const struct vr_uniforms *u, const char *name, const double v[3]);
+
+/* The rays of a view, as ray.glsl and mesh.frag.glsl have them. */
+void vr_set_view(const struct vr_uniforms *u, const struct brick_view *view);
 
 /* shaders/ray.glsl */
 void vr_frame_set_rays(const struct vr_frame *frame, const struct vr_uniforms *u);

@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "scene.h"
+
 static GLint at(const struct vr_uniforms *u, const char *name)
 {
     return u->gl->GetUniformLocation(u->program, name);
@@ -53,23 +55,31 @@ static int log2_of(uint32_t power)
     return n;
 }
 
-void vr_frame_set_rays(const struct vr_frame *frame, const struct vr_uniforms *u)
+void vr_set_view(const struct vr_uniforms *u, const struct brick_view *view)
 {
-    const struct brick_view *view = &frame->view;
-    double box_high[3];
-    for (int a = 0; a < 3; a++)
-        box_high[a] = (double)frame->grid->dims[a] - 0.5;
     vr_set_dvec3(u, "origin", view->origin);
     vr_set_dvec3(u, "origin_u", view->origin_u);
     vr_set_dvec3(u, "origin_v", view->origin_v);
     vr_set_dvec3(u, "dir", view->dir);
     vr_set_dvec3(u, "dir_u", view->dir_u);
     vr_set_dvec3(u, "dir_v", view->dir_v);
+}
+
+void vr_frame_set_rays(const struct vr_frame *frame, const struct vr_uniforms *u)
+{
+    const struct brick_view *view = &frame->view;
+    double box_high[3], clip[VR_MAX_CLIP_PLANES][4];
+    for (int a = 0; a < 3; a++)
+        box_high[a] = (double)frame->grid->dims[a] - 0.5;
+    vr_set_view(u, view);
     u->gl->UniformMatrix3dv(at(u, "linear"), 1, GL_TRUE, &view->linear[0][0]);
     vr_set_dvec3(u, "box_high", box_high);
     vr_set_dvec3(u, "level_scale", frame->level->scale);
     vr_set_dvec3(u, "level_offset", frame->level->offset);
     vr_set_double(u, "step_mm", frame->step_mm);
+    for (uint32_t p = 0; p < frame->scene->clip_count; p++)
+        vr_scene_clip_plane(frame->scene, frame->grid, p, clip[p]);
+    u->gl->Uniform4dv(at(u, "clip_planes"), (GLsizei)frame->scene->clip_count, &clip[0][0]);
 }
 
 void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *u)

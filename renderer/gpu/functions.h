@@ -18,6 +18,7 @@
     X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                                               \
     X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv)                                                                 \
     X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
+    X(PFNGLCLEARBUFFERUIVPROC, ClearBufferuiv)                                                               \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
     X(PFNGLCREATESHADERPROC, CreateShader)                                                                   \
@@ -31,6 +32,7 @@
     X(PFNGLDEPTHMASKPROC, DepthMask)                                                                         \
     X(PFNGLDISABLEPROC, Disable)                                                                             \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
+    X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
     X(PFNGLENABLEPROC, Enable)                                                                               \
     X(PFNGLFLUSHPROC, Flush)                                                                                 \
     X(PFNGLFRAMEBUFFERPARAMETERIPROC, FramebufferParameteri)                                                 \
@@ -70,6 +72,7 @@
     X(PFNGLUNIFORM3DVPROC, Uniform3dv)                                                                       \
     X(PFNGLUNIFORM3FVPROC, Uniform3fv)                                                                       \
     X(PFNGLUNIFORM3IVPROC, Uniform3iv)                                                                       \
+    X(PFNGLUNIFORM4DVPROC, Uniform4dv)                                                                       \
     X(PFNGLUNIFORM4FVPROC, Uniform4fv)                                                                       \
     X(PFNGLUNIFORMMATRIX3FVPROC, UniformMatrix3fv)                                                           \
     X(PFNGLUNIFORMMATRIX3DVPROC, UniformMatrix3dv)                                                           \

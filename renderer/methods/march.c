@@ -114,6 +114,21 @@ static bool uses_depth(const struct round *round)
     return false;
 }
 
+/* For each pass's program: its own of the part at x, y, meshes included, if there are any. */
+static int set_part(const struct vr_frame *frame, const struct round *round, int x, int y,
+                    struct brick_error *err)
+{
+    int result = frame->scene->mesh_count ? vr_meshes_draw(frame, x, y, err) : BRICK_OK;
+    for (size_t p = 0; p < round->count && !result; p++) {
+        const struct vr_uniforms *u = &round->programs[p];
+        u->gl->UseProgram(u->program);
+        vr_set_ivec2(u, "tile_origin", x, y);
+        if (frame->scene->mesh_count)
+            vr_meshes_use(frame, u);
+    }
+    return result;
+}
+
 /* The picture part by part through one target. */
 static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const struct round *round,
                       struct brick_image *image, struct vr_report *report, struct brick_error *err)
@@ -125,6 +140,8 @@ static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const st
     uint32_t *progress = malloc((size_t)tw * (size_t)th * 2 * sizeof *progress);
     int result = progress ? vr_target_init(&target, context, tw, th, uses_depth(round), err)
                           : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
+    if (!result && frame->scene->mesh_count)
+        result = vr_meshes_begin(frame, tw, th, err);
     if (!result) {
         vr_target_use(&target, context, IMAGE_STATE, IMAGE_PROGRESS);
         vr_buffer_use_image(&m->feedback.buffer, context, IMAGE_FEEDBACK);
@@ -132,11 +149,8 @@ static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const st
     for (int y = 0; !result && y < height; y += th)
         for (int x = 0; !result && x < width; x += tw) {
             int w = width - x < tw ? width - x : tw, h = height - y < th ? height - y : th;
-            for (size_t p = 0; p < round->count; p++) {
-                round->programs[p].gl->UseProgram(round->programs[p].program);
-                vr_set_ivec2(&round->programs[p], "tile_origin", x, y);
-            }
-            if ((result = draw_part(m, frame, round, &target, w, h, report, err)))
+            if ((result = set_part(frame, round, x, y, err)) ||
+                (result = draw_part(m, frame, round, &target, w, h, report, err)))
                 break;
             vr_target_read(&target, context, w, h, image->rgba + 4 * ((size_t)y * image->width + (size_t)x),
                            width, progress);

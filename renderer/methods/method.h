@@ -5,6 +5,7 @@
 #include "frame.h"
 
 struct vr_method_row {
+    bool clips, meshes; /* are clip planes, are meshes drawn? */
     size_t state_bytes; /* of what the method keeps from picture to picture; zeros are empty */
     /* Draw the frame into image, which has the scene's size; counts passes and samples in report, whose other
      * figures are the renderer's. BRICK_ERR_UNSUPPORTED for what the scene or the quality asks and this

@@ -10,6 +10,9 @@ layout(rg32ui) uniform uimage2D progress_image;
 uniform bool resume;
 uniform int look_ahead; /* active bricks that a waiting ray asks for beyond the one it needs */
 #define FINISHED 0xffffffffu
+#ifdef MESHES
+uniform sampler2D mesh_colour; /* of the nearest mesh, or zeros */
+#endif
 
 struct March {
     State state;
@@ -34,8 +37,8 @@ uint leap(Ray ray, Fixed3 at, ivec3 home, int shift)
 
 void march_to(inout March m, Ray ray, uint jump)
 {
+    m.at = ray_next(ray, m.k, m.at, jump);
     m.k += jump;
-    m.at = m.k + 1u == ray.count ? ray.last : fixed_add(m.at, fixed_times(ray.step, jump));
 }
 
 /* Over inactive blocks, to a sample of an active one (which m.block then is, and waits says whether its brick is missing)
@@ -76,11 +79,8 @@ void march(inout March m, Ray ray, uint left)
             m.fetched++;
             if (m.done)
                 break;
-            m.k++;
+            march_to(m, ray, 1u);
             left--;
-            m.at = fixed_add(m.at, ray.step);
-            if (m.k + 1u == ray.count)
-                m.at = ray.last;
         } while (m.k < ray.count && left > 0u && owner(m.at.cell) >> m.block.shift == inside);
     }
 }
@@ -94,8 +94,8 @@ void want_ahead(Ray ray, uint k, Fixed3 at, int brick)
         uint jump = leap(ray, at, home, brick_shift);
         if (jump >= ray.count - k)
             break;
+        at = ray_next(ray, k, at, jump);
         k += jump;
-        at = k + 1u == ray.count ? ray.last : fixed_add(at, fixed_times(ray.step, jump));
         home = owner(at.cell);
         int next = brick_of(home);
         if (next != brick && texelFetch(pages, next).r >> 30 >= STATE_RESIDENT) {
@@ -104,6 +104,15 @@ void want_ahead(Ray ray, uint k, Fixed3 at, int brick)
         }
         brick = next;
     }
+}
+
+/* The picture's colour, given the volume's. */
+vec4 over_mesh(ivec2 pixel, vec4 colour)
+{
+#ifdef MESHES
+    colour += (1.0 - colour.a) * texelFetch(mesh_colour, pixel, 0);
+#endif
+    return colour;
 }
 
 /* The pixel's ray as the last pass left it; false when it has ended, or meets nothing. */
@@ -120,7 +129,7 @@ bool march_load(ivec2 pixel, out Ray ray, out March m)
         m.fetched = progress.y;
     }
     if (!ray_init(pixel + tile_origin, ray)) {
-        imageStore(state_image, pixel, uvec4(0u));
+        imageStore(state_image, pixel, floatBitsToUint(over_mesh(pixel, vec4(0.0))));
         imageStore(progress_image, pixel, uvec4(FINISHED, 0u, 0u, 0u));
         return false;
     }
@@ -143,7 +152,7 @@ void march_store(inout March m, Ray ray, ivec2 pixel)
     vec4 colour = vec4(0.0);
     bool ended = m.done || m.k >= ray.count;
     if (ended && state_end(m.state, ray, m.k, m.fetched, m.block, colour)) {
-        imageStore(state_image, pixel, floatBitsToUint(colour));
+        imageStore(state_image, pixel, floatBitsToUint(over_mesh(pixel, colour)));
         imageStore(progress_image, pixel, uvec4(FINISHED, m.fetched, 0u, 0u));
         return;
     }

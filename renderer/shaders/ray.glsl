@@ -1,17 +1,28 @@
-/* A pixel's ray: found in double precision as libbrick's brick_view_ray and brick_ray_span find it, cut to level 0's box,
- * and divided into pieces of one step from where it enters; each piece has its sample in its middle. Only the last
- * piece is shorter. */
+/* A pixel's ray: found in double precision as libbrick's brick_view_ray and brick_ray_span find it, and cut to level 0's
+ * box, to what the clip planes keep, and to what is before a mesh. It is divided into pieces of one step from where it
+ * enters the box, and those are cut: so where planes move, samples stay. Each piece has its sample in its middle; only the
+ * first, at a clip plane, and the last are shorter. */
 uniform dvec3 origin, origin_u, origin_v, dir, dir_u, dir_v; /* struct brick_view */
 uniform dmat3 linear;
 uniform dvec3 box_high;                 /* level 0's dims - 1/2 */
 uniform dvec3 level_scale, level_offset; /* index0 = scale * index + offset */
 uniform double step_mm;
 uniform ivec2 tile_origin; /* picture's pixel at the target's corner */
+#if CLIP_PLANES > 0
+uniform dvec4 clip_planes[CLIP_PLANES]; /* vr_scene_clip_plane */
+#endif
+#ifdef MESHES
+uniform usampler2D mesh_way; /* t of the nearest mesh: a double's bits */
+#endif
 
 struct Ray {
     Fixed3 first, step, last; /* positions of the first and the last sample, in the level's index space */
     uint count;               /* samples */
     float length_mm, last_length_mm;
+#if CLIP_PLANES > 0
+    Fixed3 cut; /* where the first sample is; `first` is where the others count from */
+    float cut_length_mm;
+#endif
     vec3 pace, never; /* steps a voxel on each axis; where the ray does not move along an axis 0 and a huge number */
     bvec3 forward;
     vec3 view; /* world direction, unit */
@@ -37,19 +48,43 @@ bool ray_init(ivec2 pixel, out Ray ray)
             leave = min(leave, max(a, b));
         }
     }
-    double steps = (leave - enter) / step_mm;
-    if (!hit || !(steps > 0.0LF))
+    double from = enter;
+#if CLIP_PLANES > 0
+    for (int i = 0; i < CLIP_PLANES; i++) {
+        double inside = dot(clip_planes[i].xyz, o) + clip_planes[i].w, slope = dot(clip_planes[i].xyz, d);
+        if (slope > 0.0LF)
+            from = max(from, -inside / slope);
+        else if (slope < 0.0LF)
+            leave = min(leave, -inside / slope);
+        else if (inside < 0.0LF)
+            hit = false;
+    }
+#endif
+#ifdef MESHES
+    leave = min(leave, packDouble2x32(texelFetch(mesh_way, pixel - tile_origin, 0).rg));
+#endif
+    double begin = (from - enter) / step_mm, steps = (leave - enter) / step_mm, skipped = floor(begin);
+    double pieces = ceil(steps) - skipped;
+    if (!hit || !(steps > begin) || !(pieces > 0.0LF))
         return false;
 
-    double pieces = ceil(steps), rest = steps - (pieces - 1.0LF);
+    double whole = skipped + pieces - 1.0LF, rest = steps - whole;
     dvec3 start = (o + enter * d - level_offset) / level_scale;
     dvec3 step = d * step_mm / level_scale;
     ray.count = uint(pieces);
     ray.step = fixed_from(step);
-    ray.last = fixed_from(start + (pieces - 1.0LF + 0.5LF * rest) * step);
+    ray.last = fixed_from(start + (whole + 0.5LF * rest) * step);
     ray.first = fixed_from(start + 0.5LF * step);
-    if (ray.count == 1u)
-        ray.first = ray.last;
+#if CLIP_PLANES > 0
+    double cut = skipped + 1.0LF - begin;
+    if (ray.count == 1u) {
+        rest = steps - begin;
+        ray.last = fixed_from(start + (begin + 0.5LF * rest) * step);
+    }
+    ray.first = fixed_add(ray.first, fixed_times(ray.step, uint(skipped)));
+    ray.cut = fixed_from(start + (begin + 0.5LF * cut) * step);
+    ray.cut_length_mm = float(cut * step_mm);
+#endif
     ray.length_mm = float(step_mm);
     ray.last_length_mm = float(rest * step_mm);
     vec3 stride = vec3(step);
@@ -67,5 +102,32 @@ Fixed3 ray_sample(Ray ray, uint k)
 {
     if (k + 1u == ray.count)
         return ray.last;
+#if CLIP_PLANES > 0
+    if (k == 0u)
+        return ray.cut;
+#endif
     return fixed_add(ray.first, fixed_times(ray.step, k));
+}
+
+/* The sample `jump` after sample k, which is at `at`; not beyond the last. */
+Fixed3 ray_next(Ray ray, uint k, Fixed3 at, uint jump)
+{
+#if CLIP_PLANES > 0
+    if (k == 0u)
+        return ray_sample(ray, jump);
+#endif
+    if (k + jump + 1u == ray.count)
+        return ray.last;
+    return fixed_add(at, fixed_times(ray.step, jump));
+}
+
+float ray_length(Ray ray, uint k)
+{
+    if (k + 1u == ray.count)
+        return ray.last_length_mm;
+#if CLIP_PLANES > 0
+    if (k == 0u)
+        return ray.cut_length_mm;
+#endif
+    return ray.length_mm;
 }

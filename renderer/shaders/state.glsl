@@ -48,7 +48,7 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 #if MODE == MODE_SHADED
     rgb = shade(rgb, cell_gradient(c, texel, f), ray.view);
 #endif
-    precise float x = sigma * (k + 1u == ray.count ? ray.last_length_mm : ray.length_mm);
+    precise float x = sigma * ray_length(ray, k);
     precise vec3 sum = s.rgb + (s.transmittance * opacity(x)) * rgb;
     s.rgb = sum;
     s.depth += x;

@@ -3,7 +3,7 @@
 # (Private headers are held to this by include folders; libraries among each other too.)
 cd "$1/libbrick" || exit 1
 base="error checked io threads"
-volume="type grid transfer camera image stats source"
+volume="type grid transfer camera image mesh stats source"
 codec="codec"
 store="volume writer"
 build="build"

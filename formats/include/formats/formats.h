@@ -7,6 +7,7 @@
 
 #include <brick/error.h>
 #include <brick/image.h>
+#include <brick/mesh.h>
 #include <brick/source.h>
 #include <brick/transfer.h>
 
@@ -76,6 +77,13 @@ struct fmt_samples {
  * libpng.
  */
 int fmt_png_encode(const struct fmt_samples *samples, void **png, size_t *bytes, struct brick_error *err);
+
+/* An opaque mesh, by ending: PLY (ascii or binary of either byte order) and OBJ; patient axes LPS, in mm, as
+ * the file has them. Polygons come as triangles. Of PLY normals and colours (sRGB) are read too, of OBJ
+ * normals. BRICK_ERR_FORMAT for what is damaged, cut off, not finite or without a triangle;
+ * BRICK_ERR_UNSUPPORTED for another ending, and in a build without tinyobjloader for OBJ. mesh is initialised
+ * here; finish it. */
+int fmt_mesh_read(struct brick_mesh *mesh, const char *path, struct brick_error *err);
 
 /* A transfer function from JSON: this project's, or ParaView's colour map (RGBPoints, Points, ColorSpace RGB,
  * HSV, Lab, Diverging, Step), whose values are taken as physical and whose opacity as of one voxel edge (it

@@ -8,6 +8,7 @@
 #include <brick/active.h>
 #include <brick/camera.h>
 #include <brick/image.h>
+#include <brick/mesh.h>
 #include <brick/transfer.h>
 #include <brick/volume.h>
 
@@ -18,7 +19,14 @@ struct vr_plane {
     double normal[3]; /* of any length but 0 */
     double offset_mm; /* times the normal's length */
 };
-#define VR_MAX_CLIP_PLANES 6
+#define VR_MAX_CLIP_PLANES 12
+
+/* Opaque triangles, seen from both sides and shaded as the volume is. */
+struct vr_mesh {
+    const struct brick_mesh *mesh; /* the caller's; lives for the call */
+    double rgb[3];                 /* linear, [0,1]; of vertices without colours */
+};
+#define VR_MAX_MESHES 16
 
 /* What is in the picture. Plain values; the transfer function stays the caller's and lives for the call. */
 struct vr_scene {
@@ -32,9 +40,13 @@ struct vr_scene {
     uint32_t level;
     /* Blinn-Phong, headlight, two-sided (shaded, iso). */
     double ambient, diffuse, specular, shininess;
-    /* Only what all of them keep is there; an isosurface has no caps where it is cut. */
+    /* Only what all of them keep of the volume is there; an isosurface has no caps where it is cut. */
     struct vr_plane clip[VR_MAX_CLIP_PLANES];
     uint32_t clip_count;
+    /* Whole, whether inside the volume or not: what lies behind one on a ray is hidden. Vertices without
+     * normals get their triangle's. */
+    const struct vr_mesh *meshes; /* the caller's; lives for the call */
+    uint32_t mesh_count;
 };
 extern const struct vr_scene vr_scene_defaults;
 
@@ -90,7 +102,7 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
  * raycast and multipass: in passes, between which the bricks come that rays need; the picture is the same
- * bytes for both, and for all sizes of the caches. No clip planes. */
+ * bytes for both, and for all sizes of the caches. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 
@@ -112,8 +124,8 @@ struct vr_exact_params {
     unsigned threads;
     double tolerance; /* absolute, per channel and ray */
     enum vr_field field;
-    double *hit_mm; /* iso: t of every pixel's hit (brick/camera.h), infinite where there is none; width *
-                       height, the caller's; NULL: not wanted */
+    double *hit_mm; /* iso: t of every pixel's hit of the surface (brick/camera.h), infinite where there is
+                       none; width * height, the caller's; NULL: not wanted */
 };
 extern const struct vr_exact_params vr_exact_defaults;
 int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *scene,

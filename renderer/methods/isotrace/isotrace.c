@@ -203,9 +203,9 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
                           grid->levels - 1);
     if (image->width != scene->width || image->height != scene->height)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the image's size is not the scene's");
-    if (scene->clip_count > 0)
+    if (scene->clip_count > 0 || scene->mesh_count > 0)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "isotrace does not cut at clip planes; the exact method does");
+                          "isotrace draws no clip planes and no meshes; raycast and the exact method do");
     if (params->surface_count > VR_ISO_MAX_SURFACES)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%u isosurfaces are more than %d", params->surface_count,
                           VR_ISO_MAX_SURFACES);

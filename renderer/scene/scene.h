@@ -1,0 +1,20 @@
+/* What is in a scene beside the volume, checked and put where rays are: clip planes and meshes. For all
+ * methods, on the GPU or not. */
+#ifndef RENDERER_SCENE_SCENE_H
+#define RENDERER_SCENE_SCENE_H
+
+#include <renderer/renderer.h>
+
+/* BRICK_ERR_ARGUMENT for more planes than there may be, planes without a direction, and meshes that are not
+ * there or whose colour is no colour. */
+int vr_scene_check_parts(const struct vr_scene *scene, struct brick_error *err);
+
+/* A clip plane in level-0 index space: it keeps the points p with plane . (p, 1) >= 0. */
+void vr_scene_clip_plane(const struct vr_scene *scene, const struct brick_grid *grid, uint32_t index,
+                         double plane[4]);
+
+/* The same rays in the world: origins in mm, `linear` the identity; t is the same. */
+void vr_scene_world_view(const struct brick_view *view, const struct brick_grid *grid,
+                         struct brick_view *world);
+
+#endif
