@@ -78,6 +78,8 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     const struct brick_grid *grid = brick_volume_grid(r->volume);
     if ((unsigned)quality->method >= VR_METHODS)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "method %d does not exist", (int)quality->method);
+    if ((unsigned)quality->setup > VR_SETUP_GEOMETRY)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "ray set-up %d does not exist", (int)quality->setup);
     if ((unsigned)scene->mode > BRICK_MODE_MIP)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "mode %d does not exist", (int)scene->mode);
     if (scene->mode != BRICK_MODE_ISO && !scene->transfer)

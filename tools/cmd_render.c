@@ -14,9 +14,10 @@
 #include "options.h"
 #include "render.h"
 
-/* Mode, method, field and context are in the order of their enums. */
+/* Mode, method, set-up, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "multipass", "isotrace", "exact", NULL};
+static const char *const setups[] = {"box", "geometry", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const filters[] = {"exact", NULL};
@@ -66,6 +67,8 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--path goes without --camera and --eye");
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
+    if (request->has_setup && request->method >= VR_METHODS)
+        return tool_misuse("render", "--setup goes with --method raycast or multipass");
     if (request->has_pass_steps && request->method != VR_METHOD_MULTIPASS)
         return tool_misuse("render", "--pass-steps goes with --method multipass");
     if (request->method == METHOD_EXACT) {
@@ -268,6 +271,11 @@ int cmd_render(int argc, char **argv)
         {"pass-steps", .value = "M", .parse = tool_parse_u32, .target = &r.quality.pass_steps,
          .given = &r.has_pass_steps, .limits = {.min = 1, .max = VR_MAX_PASS_STEPS},
          .help = "multipass: samples a ray and pass (default 64)"},
+        {"setup", .value = "HOW", .parse = tool_parse_choice, .target = &r.setup, .given = &r.has_setup,
+         .limits = {.choices = setups},
+         .help = "raycast, multipass: where rays begin and end, from the\nvolume's box (default) or from the "
+                 "faces of "
+                 "what is\nactive: geometry; the same picture"},
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
@@ -348,6 +356,7 @@ int cmd_render(int argc, char **argv)
     r.scene.height = size[1];
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
+    r.quality.setup = (enum vr_setup)r.setup;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
     r.renderer.context = (enum vr_context_kind)r.context;

@@ -8,7 +8,7 @@
 
 static uint64_t element_bytes(GLenum format)
 {
-    return format == GL_RGBA32F ? 16 : format == GL_RG32UI ? 8 : 4;
+    return format == GL_RGBA32F || format == GL_RGBA32UI ? 16 : format == GL_RG32UI ? 8 : 4;
 }
 
 int vr_buffer_write(struct vr_buffer *buffer, struct vr_context *context, GLenum format, const void *data,

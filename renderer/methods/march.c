@@ -20,13 +20,18 @@ struct round {
     size_t count;
 };
 
+static bool has_bounds(const struct vr_frame *frame)
+{
+    return frame->quality->setup == VR_SETUP_GEOMETRY;
+}
+
 static int use_program(const struct vr_frame *frame, const struct vr_march_pass *pass,
                        struct vr_uniforms *uniforms, struct brick_error *err)
 {
     char defines[VR_FRAME_DEFINES_BYTES + 256];
     size_t n = vr_frame_defines(frame, defines);
-    snprintf(defines + n, sizeof defines - n, "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s",
-             LOOK_AHEAD_TURNS, VR_TARGET_TILE, pass->defines);
+    snprintf(defines + n, sizeof defines - n, "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s%s",
+             LOOK_AHEAD_TURNS, VR_TARGET_TILE, has_bounds(frame) ? "#define BOUNDS\n" : "", pass->defines);
     uniforms->gl = &frame->context->gl;
     int result = vr_programs_get(&frame->store->programs, frame->context, pass->source, defines,
                                  &uniforms->program, err);
@@ -114,17 +119,22 @@ static bool uses_depth(const struct round *round)
     return false;
 }
 
-/* For each pass's program: its own of the part at x, y, meshes included, if there are any. */
-static int set_part(const struct vr_frame *frame, const struct round *round, int x, int y,
-                    struct brick_error *err)
+/* For each pass's program what it needs of the part at x, y: meshes and bounding geometry, where there are
+ * any. */
+static int set_part(const struct vr_march *m, const struct vr_frame *frame, const struct round *round, int x,
+                    int y, struct brick_error *err)
 {
     int result = frame->scene->mesh_count ? vr_meshes_draw(frame, x, y, err) : BRICK_OK;
+    if (!result && has_bounds(frame))
+        result = vr_bounds_draw(&m->bounds, frame, x, y, err);
     for (size_t p = 0; p < round->count && !result; p++) {
         const struct vr_uniforms *u = &round->programs[p];
         u->gl->UseProgram(u->program);
         vr_set_ivec2(u, "tile_origin", x, y);
         if (frame->scene->mesh_count)
             vr_meshes_use(frame, u);
+        if (has_bounds(frame))
+            vr_bounds_use(&m->bounds, u);
     }
     return result;
 }
@@ -142,6 +152,8 @@ static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const st
                           : brick_fail(err, BRICK_ERR_MEMORY, "no memory for a picture of %d x %d", tw, th);
     if (!result && frame->scene->mesh_count)
         result = vr_meshes_begin(frame, tw, th, err);
+    if (!result && has_bounds(frame))
+        result = vr_bounds_begin(&m->bounds, frame, tw, th, err);
     if (!result) {
         vr_target_use(&target, context, IMAGE_STATE, IMAGE_PROGRESS);
         vr_buffer_use_image(&m->feedback.buffer, context, IMAGE_FEEDBACK);
@@ -149,7 +161,7 @@ static int draw_parts(struct vr_march *m, const struct vr_frame *frame, const st
     for (int y = 0; !result && y < height; y += th)
         for (int x = 0; !result && x < width; x += tw) {
             int w = width - x < tw ? width - x : tw, h = height - y < th ? height - y : th;
-            if ((result = set_part(frame, round, x, y, err)) ||
+            if ((result = set_part(m, frame, round, x, y, err)) ||
                 (result = draw_part(m, frame, round, &target, w, h, report, err)))
                 break;
             vr_target_read(&target, context, w, h, image->rgba + 4 * ((size_t)y * image->width + (size_t)x),
@@ -207,4 +219,5 @@ int vr_march_draw(struct vr_march *m, const struct vr_frame *frame, const struct
 void vr_march_finish(struct vr_march *m, struct vr_context *context)
 {
     vr_feedback_finish(&m->feedback, context);
+    vr_bounds_finish(&m->bounds, context);
 }

@@ -4,12 +4,14 @@
 #ifndef RENDERER_METHODS_MARCH_H
 #define RENDERER_METHODS_MARCH_H
 
+#include "bounds.h"
 #include "frame.h"
 #include "target.h"
 
-/* Kept from picture to picture: what rays ask for. One of zeros is empty. */
+/* Kept from picture to picture. One of zeros is empty. */
 struct vr_march {
-    struct vr_feedback feedback;
+    struct vr_feedback feedback; /* what rays ask for */
+    struct vr_bounds bounds;     /* where they begin and end */
 };
 
 /* The shader parts that a marching program begins with, of shaders.h. */

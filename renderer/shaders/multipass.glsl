@@ -7,7 +7,7 @@ layout(early_fragment_tests) in;
  * for samples behind a brick that is not there yet: how far there are bricks is seen first. */
 void march_back(inout March m, Ray ray, uint steps)
 {
-    uint end = m.k, limit = min(ray.count - m.k, steps) + m.k;
+    uint end = m.k, limit = min(ray.end - m.k, steps) + m.k;
     Fixed3 at = m.at;
     while (end < limit) {
         ivec3 home = owner(at.cell);

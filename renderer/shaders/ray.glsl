@@ -15,9 +15,15 @@ uniform dvec4 clip_planes[CLIP_PLANES]; /* vr_scene_clip_plane */
 uniform usampler2D mesh_way; /* t of the nearest mesh: a double's bits */
 #endif
 
+#ifdef BOUNDS
+uniform sampler2D bounds_first, bounds_last; /* where the bounding geometry begins and ends (methods/bounds.h) */
+uniform double bounds_ahead;                 /* of depth 1, in units of the view's dir */
+#endif
+
 struct Ray {
     Fixed3 first, step, last; /* positions of the first and the last sample, in the level's index space */
     uint count;               /* samples */
+    uint begin, end;          /* those before begin and from end on need not be looked at */
     float length_mm, last_length_mm;
 #if CLIP_PLANES > 0
     Fixed3 cut; /* where the first sample is; `first` is where the others count from */
@@ -72,6 +78,18 @@ bool ray_init(ivec2 pixel, out Ray ray)
     dvec3 start = (o + enter * d - level_offset) / level_scale;
     dvec3 step = d * step_mm / level_scale;
     ray.count = uint(pieces);
+    ray.begin = 0u;
+    ray.end = ray.count;
+#ifdef BOUNDS
+    /* A piece more on either side, for rounding, and for the isosurface, which needs to know the side of the sample before
+     * and after. */
+    double first = double(texelFetch(bounds_first, pixel - tile_origin, 0).r) * bounds_ahead * norm;
+    double last = double(texelFetch(bounds_last, pixel - tile_origin, 0).r) * bounds_ahead * norm;
+    first = floor((first * (1.0LF - 1.0e-6LF) - enter) / step_mm) - skipped - 1.0LF;
+    last = floor((last * (1.0LF + 1.0e-6LF) - enter) / step_mm) - skipped + 2.0LF;
+    ray.begin = uint(clamp(first, 0.0LF, pieces));
+    ray.end = uint(clamp(last, 0.0LF, pieces));
+#endif
     ray.step = fixed_from(step);
     ray.last = fixed_from(start + (whole + 0.5LF * rest) * step);
     ray.first = fixed_from(start + 0.5LF * step);

@@ -14,13 +14,14 @@ void main()
 #else
     uint leaps = 0u;
 #endif
-    if (!m.done)
+    if (!m.done && m.k < ray.end)
         march_leap(m, ray, leaps);
-    bool goes_on = m.done || (m.k < ray.count && m.block.live);
-#ifndef SKIP
-    goes_on = !m.waits;
+#ifdef SKIP
+    bool here = m.block.live;
+#else
+    bool here = !m.block.missing;
 #endif
-    if (goes_on) {
+    if (m.done || (m.k < ray.end && here)) {
         march_suspend(m, pixel);
         gl_FragDepth = 0.0;
     } else {

@@ -108,7 +108,7 @@ static void check_edge(uint32_t edge)
     for (size_t c = 0; c < sizeof caches / sizeof caches[0] && !none; c++) {
         struct vr_renderer *renderer = renderer_with(volume, &caches[c]);
         none = !renderer;
-        for (int run = 0; renderer && run < 4 * VIEWS * LEVELS * 3; run++) {
+        for (int run = 0; renderer && run < 4 * VIEWS * LEVELS * 4; run++) {
             int mode = run % 4, view = run / 4 % VIEWS, level = run / 4 / VIEWS % LEVELS;
             int way = run / 4 / VIEWS / LEVELS;
             struct vr_scene scene = scene_of(mode, view, (uint32_t)level, transfer, grid);
@@ -117,7 +117,8 @@ static void check_edge(uint32_t edge)
             struct vr_report report;
             char line[160];
             quality.skip = way != 1;
-            quality.method = way < 2 ? VR_METHOD_RAYCAST : VR_METHOD_MULTIPASS;
+            quality.method = way == 2 ? VR_METHOD_MULTIPASS : VR_METHOD_RAYCAST;
+            quality.setup = way == 3 ? VR_SETUP_GEOMETRY : VR_SETUP_BOX;
             quality.pass_steps = pass_steps[c];
             quality.step_vox = view == 1 ? 2.7 : 0.5;
             render(renderer, &scene, &quality, &image, &report);
@@ -125,7 +126,7 @@ static void check_edge(uint32_t edge)
                 line, sizeof line,
                 "bricks of %u, %llu and %llu of them, mode %d, view %d, level %d, skipping %d, method %d",
                 edge, (unsigned long long)caches[c].gpu_bricks, (unsigned long long)caches[c].host_bricks,
-                mode, view, level, quality.skip, (int)quality.method);
+                mode, view, level, quality.skip, way);
             if (report.gpu_cache_peak_bytes > report.gpu_cache_bytes)
                 fail_msg("%s: the cache is larger than its limit", line);
             if (caches[c].host_bricks &&

@@ -57,6 +57,13 @@ enum vr_method {
     VR_METHODS
 };
 
+/* How a ray finds where it begins and ends. */
+enum vr_setup {
+    VR_SETUP_BOX,     /* the volume's box */
+    VR_SETUP_GEOMETRY /* the faces between active and inactive blocks, rasterised (Scharsach 2005, section 3)
+                       */
+};
+
 /* How it is computed: speed against error. */
 struct vr_quality {
     enum vr_method method;
@@ -64,6 +71,7 @@ struct vr_quality {
     double termination;   /* a ray ends where its transmittance falls below; 0: never */
     bool skip;            /* jump over inactive bricks and macrocells */
     uint32_t refinements; /* bisections at an isosurface hit */
+    enum vr_setup setup;  /* raycast, multipass; the same picture */
     uint32_t pass_steps;  /* multipass: samples a ray and pass, 1 to VR_MAX_PASS_STEPS */
 };
 #define VR_MAX_PASS_STEPS 1500
