@@ -14,10 +14,11 @@
 #include "options.h"
 #include "render.h"
 
-/* Mode, method, set-up, field and context are in the order of their enums. */
+/* Mode, method, set-up, offset, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "multipass", "isotrace", "exact", NULL};
 static const char *const setups[] = {"box", "geometry", NULL};
+static const char *const offsets[] = {"none", "interleaved", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const filters[] = {"exact", NULL};
@@ -67,8 +68,8 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--path goes without --camera and --eye");
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
-    if (request->has_setup && request->method >= VR_METHODS)
-        return tool_misuse("render", "--setup goes with --method raycast or multipass");
+    if ((request->has_setup || request->offset) && request->method >= VR_METHODS)
+        return tool_misuse("render", "--setup and --offset go with --method raycast or multipass");
     if (request->has_pass_steps && request->method != VR_METHOD_MULTIPASS)
         return tool_misuse("render", "--pass-steps goes with --method multipass");
     if (request->method == METHOD_EXACT) {
@@ -276,6 +277,10 @@ int cmd_render(int argc, char **argv)
          .help = "raycast, multipass: where rays begin and end, from the\nvolume's box (default) or from the "
                  "faces of "
                  "what is\nactive: geometry; the same picture"},
+        {"offset", .value = "HOW", .parse = tool_parse_choice, .target = &r.offset,
+         .limits = {.choices = offsets},
+         .help =
+             "raycast, multipass: none (default), or interleaved:\nneighbours' samples at different depths"},
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
@@ -356,6 +361,7 @@ int cmd_render(int argc, char **argv)
     r.scene.height = size[1];
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
+    r.quality.interleaved = r.offset == 1;
     r.quality.setup = (enum vr_setup)r.setup;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;

@@ -24,7 +24,7 @@ struct tool_request {
     double clip_box[3][2], mesh_rgb[3];
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, setup, context, field;
+    int mode, method, setup, offset, context, field;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;

@@ -5,7 +5,6 @@
 #include "frame.h"
 
 struct vr_method_row {
-    bool clips, meshes; /* are clip planes, are meshes drawn? */
     size_t state_bytes; /* of what the method keeps from picture to picture; zeros are empty */
     /* Draw the frame into image, which has the scene's size; counts passes and samples in report, whose other
      * figures are the renderer's. BRICK_ERR_UNSUPPORTED for what the scene or the quality asks and this
@@ -13,6 +12,7 @@ struct vr_method_row {
     int (*draw)(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
                 struct brick_error *err);
     void (*finish)(void *state, struct vr_context *context); /* the context is bound */
+    bool clips, meshes; /* are clip planes, are meshes drawn? The renderer refuses what is not */
 };
 
 extern const struct vr_method_row vr_raycast, vr_multipass;

@@ -28,6 +28,7 @@ def has_library(name):
 
 HAS_EXR = os.environ["BRICK_EXR"] == "1"
 HAS_PNG = os.environ["BRICK_PNG"] == "1"
+HAS_OBJ = os.environ["BRICK_OBJ"] == "1"
 HAS_GL = os.environ["BRICK_GL"] == "1" and HAS_EXR
 HAS_EGL = HAS_GL and has_library("libEGL.so.1")
 HAS_OSMESA = HAS_GL and has_library("libOSMesa.so.8")

@@ -103,8 +103,8 @@ static void lengths_are_right(void **state)
     end(&s);
 }
 
-/* A surface across every ray, and a plane across the surface: it is there where the plane keeps it, but for
- * half a step before the cut, where no sample is. */
+/* A surface across every ray, and a plane across the surface: it is there where the plane keeps it, up to
+ * rounding of the field in float32. */
 static void surfaces_are_cut(void **state)
 {
     struct setting s;
@@ -112,15 +112,15 @@ static void surfaces_are_cut(void **state)
     (void)state;
     begin(&s, along_y, 0.0);
     s.scene.mode = BRICK_MODE_ISO;
-    s.scene.isovalue = 251.0;
+    s.scene.isovalue = 254.0;
     s.quality.step_vox = 0.8;
-    brick_camera_orbit(&s.scene.camera, brick_volume_grid(s.volume), 0, 0, 0, 40, 1.0);
+    brick_camera_orbit(&s.scene.camera, brick_volume_grid(s.volume), 0, 0, 0, 4, 1.0);
     if (s.renderer) {
         struct brick_image image, exact;
         int kept = 0, gone = 0;
         draw_exact(&s, &exact, whole_mm);
         brick_image_finish(&exact);
-        s.scene.clip[0] = plane_at(1, 2, 0, 0.4);
+        s.scene.clip[0] = plane_at(1, 2, 0, -1.5);
         s.scene.clip_count = 1;
         draw(&s, &image);
         struct brick_view view;
@@ -135,7 +135,7 @@ static void surfaces_are_cut(void **state)
             bool hit = image.rgba[4 * p + 3] > 0.5f;
             double behind_mm = inside / 2.0; /* along y from the cut */
             assert_true(isfinite(whole_mm[p]));
-            if (behind_mm > 0.4 || behind_mm < 0.0)
+            if (fabs(behind_mm) > 1e-5)
                 assert_int_equal(hit, behind_mm > 0.0);
             kept += hit;
             gone += !hit;

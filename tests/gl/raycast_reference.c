@@ -88,7 +88,7 @@ static void reference_pixel(const struct reference *r, uint32_t column, uint32_t
 {
     const struct vr_scene *scene = r->scene;
     double step = r->quality->step_vox * brick_grid_min_spacing_mm(r->grid);
-    double enter, leave, depth = 0.0, largest = -INFINITY, before = 0.0, p[3], rgb[3], sigma;
+    double enter, leave, depth = 0.0, largest = -INFINITY, p[3], rgb[3], sigma;
     struct brick_view view;
     struct brick_ray ray;
     memset(out, 0, 4 * sizeof *out);
@@ -99,13 +99,12 @@ static void reference_pixel(const struct reference *r, uint32_t column, uint32_t
     for (uint64_t k = 0; enter + (double)k * step < leave; k++) {
         double a = enter + (double)k * step, b = fmin(a + step, leave), t = 0.5 * (a + b);
         if (scene->mode == BRICK_MODE_ISO) {
-            if (k > 0 && find_surface(r, &ray, before, t, p)) {
+            if (find_surface(r, &ray, a, b, p)) {
                 brick_transfer_eval(scene->transfer, scene->isovalue, out, &sigma);
                 shade(r, p, &ray, out);
                 out[3] = 1.0;
                 return;
             }
-            before = t;
             continue;
         }
         position(&ray, t, p);

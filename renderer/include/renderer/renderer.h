@@ -67,9 +67,11 @@ enum vr_setup {
 /* How it is computed: speed against error. */
 struct vr_quality {
     enum vr_method method;
-    double step_vox;      /* of the smallest voxel edge, > 0 */
-    double termination;   /* a ray ends where its transmittance falls below; 0: never */
-    bool skip;            /* jump over inactive bricks and macrocells */
+    double step_vox;    /* of the smallest voxel edge, > 0 */
+    double termination; /* a ray ends where its transmittance falls below; 0: never */
+    bool skip;          /* jump over inactive bricks and macrocells */
+    bool interleaved; /* raycast, multipass: the pieces of neighbouring pixels' rays begin at different parts
+                         of a step before the box (Scharsach 2005, section 5) */
     uint32_t refinements; /* bisections at an isosurface hit */
     enum vr_setup setup;  /* raycast, multipass; the same picture */
     uint32_t pass_steps;  /* multipass: samples a ray and pass, 1 to VR_MAX_PASS_STEPS */
@@ -194,8 +196,8 @@ int vr_isotracer_create(struct vr_isotracer **tracer, const struct brick_volume 
 void vr_isotracer_destroy(struct vr_isotracer **tracer);
 
 /* image has scene->width x scene->height. BRICK_ERR_ARGUMENT for what the structs above exclude, and
- * BRICK_ERR_UNSUPPORTED for clip planes, and the errors of reading bricks. report->samples counts the cells
- * whose cubic was formed. */
+ * BRICK_ERR_UNSUPPORTED for clip planes and meshes, and the errors of reading bricks. report->samples counts
+ * the cells whose cubic was formed. */
 int vr_render_isotrace(struct vr_isotracer *tracer, const struct vr_scene *scene,
                        const struct vr_isotrace_params *params, struct brick_image *image,
                        struct vr_report *report, struct brick_error *err);

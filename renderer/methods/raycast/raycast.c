@@ -28,4 +28,4 @@ static void finish(void *state, struct vr_context *context)
 }
 
 const struct vr_method_row vr_raycast = {
-    .clips = true, .meshes = true, .state_bytes = sizeof(struct vr_march), .draw = draw, .finish = finish};
+    .state_bytes = sizeof(struct vr_march), .draw = draw, .finish = finish, .clips = true, .meshes = true};
