@@ -97,6 +97,8 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     if (scene->width != image->width || scene->height != image->height || !image->rgba)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the image has %u x %u pixels, the scene %u x %u",
                           image->width, image->height, scene->width, scene->height);
+    if (quality->distances && (scene->mode != BRICK_MODE_ISO || scene->mesh_count))
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "distances are of isosurfaces, without meshes");
     if (!(quality->step_vox > 0.0) || !isfinite(quality->step_vox))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g voxels; it must be above 0",
                           quality->step_vox);

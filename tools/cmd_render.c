@@ -14,11 +14,12 @@
 #include "options.h"
 #include "render.h"
 
-/* Mode, method, set-up, offset, field and context are in the order of their enums. */
+/* Mode, method, set-up, offset, refinement, field and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "multipass", "isotrace", "exact", NULL};
 static const char *const setups[] = {"box", "geometry", NULL};
 static const char *const offsets[] = {"none", "interleaved", NULL};
+static const char *const refines[] = {"bisection", "cubic", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const filters[] = {"exact", NULL};
@@ -56,8 +57,12 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--mode iso needs --iso V");
     if (!iso && request->has_iso)
         return tool_misuse("render", "--iso goes with --mode iso");
-    if (!iso && request->has_refinements)
-        return tool_misuse("render", "--refinements goes with --mode iso");
+    if (!iso && (request->has_refinements || request->has_refine))
+        return tool_misuse("render", "--refine and --refinements go with --mode iso");
+    if (request->refine && request->has_refinements)
+        return tool_misuse("render", "--refinements goes with --refine bisection");
+    if (request->has_refine && request->method >= VR_METHODS)
+        return tool_misuse("render", "--refine goes with --method raycast or multipass");
     if (request->has_camera && (request->has_eye || request->has_look || request->has_up))
         return tool_misuse("render", "--camera goes without --eye, --look and --up");
     if (!request->has_eye && (request->has_look || request->has_up))
@@ -316,6 +321,10 @@ int cmd_render(int argc, char **argv)
          .help = "end a ray when less than T gets through (default 1e-4)"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
+        {"refine", .value = "HOW", .parse = tool_parse_choice, .target = &r.refine, .given = &r.has_refine,
+         .limits = {.choices = refines},
+         .help = "iso: what finds the hit between two samples: bisection\n(default), or cubic, exact in the "
+                 "cell"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
         {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &filter,
          .limits = {.choices = filters}, .help = "exact: trilinear in float32 by eight fetches"},
@@ -362,6 +371,7 @@ int cmd_render(int argc, char **argv)
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
     r.quality.interleaved = r.offset == 1;
+    r.quality.cubic = r.refine == 1;
     r.quality.setup = (enum vr_setup)r.setup;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;

@@ -9,6 +9,7 @@
 
 #define TARGET_EDGE      1024
 #define MAX_REFINEMENTS  96 /* bits of a ray's path; see state.glsl */
+#define CUBIC_HALVINGS   24 /* at most, until both ends are in one cell */
 #define LOOK_AHEAD_TURNS 256
 #define MAX_LOOK_AHEAD   64
 
@@ -30,8 +31,10 @@ static int use_program(const struct vr_frame *frame, const struct vr_march_pass 
 {
     char defines[VR_FRAME_DEFINES_BYTES + 256];
     size_t n = vr_frame_defines(frame, defines);
-    snprintf(defines + n, sizeof defines - n, "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s%s",
-             LOOK_AHEAD_TURNS, VR_TARGET_TILE, has_bounds(frame) ? "#define BOUNDS\n" : "", pass->defines);
+    snprintf(defines + n, sizeof defines - n, "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s%s%s%s",
+             LOOK_AHEAD_TURNS, VR_TARGET_TILE, has_bounds(frame) ? "#define BOUNDS\n" : "",
+             frame->quality->cubic ? "#define CUBIC\n" : "",
+             frame->quality->distances ? "#define DISTANCES\n" : "", pass->defines);
     uniforms->gl = &frame->context->gl;
     int result = vr_programs_get(&frame->store->programs, frame->context, pass->source, defines,
                                  &uniforms->program, err);
@@ -45,7 +48,9 @@ static void set_surface(const struct vr_frame *frame, const struct vr_uniforms *
     const struct vr_scene *scene = frame->scene;
     const struct vr_quality *quality = frame->quality;
     double rgb[3] = {scene->iso_rgb[0], scene->iso_rgb[1], scene->iso_rgb[2]}, sigma;
-    uint32_t refinements = quality->refinements < 64 ? quality->refinements : 64;
+    uint32_t refinements = quality->cubic              ? CUBIC_HALVINGS
+                           : quality->refinements < 64 ? quality->refinements
+                                                       : 64;
     if (scene->transfer)
         brick_transfer_eval(scene->transfer, scene->isovalue, rgb, &sigma);
     /* Samples further apart than a voxel are brought into cells that touch, whatever the refinement. */

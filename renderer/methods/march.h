@@ -19,7 +19,7 @@ struct vr_march {
     {"exponential.glsl", vr_shader_exponential}, {"fixed.glsl", vr_shader_fixed},                            \
         {"ray.glsl", vr_shader_ray}, {"field.glsl", vr_shader_field}, {"transfer.glsl", vr_shader_transfer}, \
         {"shading.glsl", vr_shader_shading}, {"feedback.glsl", vr_shader_feedback},                          \
-        {"state.glsl", vr_shader_state},                                                                     \
+        {"cubic.glsl", vr_shader_cubic}, {"state.glsl", vr_shader_state},                                    \
     {                                                                                                        \
         "march.glsl", vr_shader_march                                                                        \
     }

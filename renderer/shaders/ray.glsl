@@ -169,3 +169,14 @@ float ray_length(Ray ray, uint k)
 #endif
     return ray.length_mm;
 }
+
+#ifdef DISTANCES
+/* t of the point on the pixel's ray. */
+double ray_distance_mm(ivec2 pixel, Fixed3 at)
+{
+    double u = double(pixel.x) + 0.5LF, v = double(pixel.y) + 0.5LF;
+    dvec3 d = dir + u * dir_u + v * dir_v, world = linear * d;
+    dvec3 way = level_scale * fixed_to(at) + level_offset - (origin + u * origin_u + v * origin_v);
+    return dot(way, d) / dot(d, d) * sqrt(dot(world, world));
+}
+#endif

@@ -72,9 +72,12 @@ struct vr_quality {
     bool skip;          /* jump over inactive bricks and macrocells */
     bool interleaved; /* raycast, multipass: the pieces of neighbouring pixels' rays begin at different parts
                          of a step before the box (Scharsach 2005, section 5) */
-    uint32_t refinements; /* bisections at an isosurface hit */
-    enum vr_setup setup;  /* raycast, multipass; the same picture */
-    uint32_t pass_steps;  /* multipass: samples a ray and pass, 1 to VR_MAX_PASS_STEPS */
+    uint32_t refinements; /* bisections at an isosurface hit (Scharsach 2005, section 4) */
+    bool cubic;           /* iso: instead, bisect into one cell, and solve the cubic along the ray there */
+    bool distances; /* iso: for measurements. The image is not colour but t of hits in mm (brick/camera.h), R
+                       and, what float32 lacks, G; A is 1 where there is a hit. No meshes. */
+    enum vr_setup setup; /* raycast, multipass; the same picture */
+    uint32_t pass_steps; /* multipass: samples a ray and pass, 1 to VR_MAX_PASS_STEPS */
 };
 #define VR_MAX_PASS_STEPS 1500
 extern const struct vr_quality vr_quality_defaults;
