@@ -120,6 +120,8 @@ static void check_edge(uint32_t edge)
             quality.method = way == 2 ? VR_METHOD_MULTIPASS : VR_METHOD_RAYCAST;
             quality.setup = way == 3 ? VR_SETUP_GEOMETRY : VR_SETUP_BOX;
             quality.pass_steps = pass_steps[c];
+            quality.cubic = view == 1;
+            quality.interleaved = view == 2;
             quality.step_vox = view == 1 ? 2.7 : 0.5;
             render(renderer, &scene, &quality, &image, &report);
             snprintf(
