@@ -16,19 +16,39 @@
 #include "gl_scene.h"
 
 #define N      96
-#define VIEWS  40
+#define VIEWS  40 /* and 6 along axes */
 #define WIDTH  150
 #define HEIGHT 110
 
-static const struct brick_transfer_point points[] = {{400, 0.9, 0.3, 0.1, 0.0}, {900, 1, 1, 0.9, 0.5}};
+#define SEEN 30001.0
+static const struct brick_transfer_point points[] = {
+    {SEEN, 0.9, 0.3, 0.1, 0.0}, {SEEN, 0.9, 0.3, 0.1, 0.2}, {60000, 1, 1, 0.9, 0.5}};
 
-/* A wall of one value, and drops here and there. */
+/* A wall, and cubes that fill their block up to 1/30000 of a voxel before its three high faces: the block
+ * behind is not active. */
 static uint16_t value(int x, int y, int z)
 {
-    double drops = sin(0.35 * x + 0.3) * sin(0.41 * y) * cos(0.37 * z);
+    const int at[3] = {x % 32, y % 32, z % 32};
+    bool core = true, skin = true;
     if (z >= 40 && z < 48)
-        return 700;
-    return z < 30 && drops > 0.7 ? (uint16_t)(1000.0 * drops) : 0;
+        return 60000;
+    for (int a = 0; a < 3; a++) {
+        core = core && at[a] >= 9 && at[a] < 16;
+        skin = skin && at[a] >= 9 && at[a] < 17;
+    }
+    return z >= 32 ? 0 : core ? 60000 : skin ? 30000 : 0;
+}
+
+/* Parallel to faces of blocks, a pixel a voxel, rays a ten thousandth of a voxel inside of them: less than
+ * the rasteriser can tell. */
+static void camera_along(int direction, struct brick_camera *camera)
+{
+    const int axis = direction / 2;
+    *camera = (struct brick_camera){.ortho_height_mm = HEIGHT};
+    for (int a = 0; a < 3; a++)
+        camera->look_mm[a] = camera->eye_mm[a] = 0.5 * (N - 1) - 1e-4;
+    camera->eye_mm[axis] += direction % 2 ? 200.0 : -200.0;
+    camera->up[axis == 2 ? 1 : 2] = 1.0;
 }
 
 static void camera_of(int view, const struct brick_grid *grid, struct brick_camera *camera)
@@ -81,14 +101,17 @@ static void check(uint32_t edge)
     for (int m = 0; m < 2 && !none; m++) {
         struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
         none = !renderer;
-        for (int view = 0; renderer && view < VIEWS; view++) {
+        for (int view = 0; renderer && view < VIEWS + 6; view++) {
             struct vr_scene scene = vr_scene_defaults;
             scene.mode = modes[m];
             scene.transfer = transfer;
-            scene.isovalue = 500.0;
+            scene.isovalue = SEEN;
             scene.width = WIDTH;
             scene.height = HEIGHT;
-            camera_of(view, brick_volume_grid(volume), &scene.camera);
+            if (view < VIEWS)
+                camera_of(view, brick_volume_grid(volume), &scene.camera);
+            else
+                camera_along(view - VIEWS, &scene.camera);
             check_view(renderer, &scene, view % 7 != 0, view, samples);
         }
         vr_renderer_destroy(&renderer);
