@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <brick/io.h>
 
@@ -30,6 +31,10 @@ struct file_source {
     struct fmt_inflate *inflate;
     uint64_t at;
     char *provenance;
+    char *state;
+    int64_t changed_ns;   /* the newest file */
+    uint64_t fingerprint; /* of every file's size, time of change, and first byte */
+    uint64_t bytes_on_disk;
 };
 
 static void close_current(struct file_source *s)
@@ -47,6 +52,7 @@ static void destroy(struct brick_source *base)
     free(s->path);
     free(s->start);
     free(s->provenance);
+    free(s->state);
     free(s);
 }
 
@@ -72,6 +78,43 @@ static int skip_lines(const struct brick_io *io, uint64_t size, uint64_t lines, 
         *offset += lines ? n : (uint64_t)(at - block);
     }
     return BRICK_OK;
+}
+
+/* FNV-1a, a word at a time. */
+static void mix(uint64_t *fingerprint, uint64_t word)
+{
+    *fingerprint = (*fingerprint ^ word) * UINT64_C(0x100000001b3);
+}
+
+static int note_state(struct file_source *s, const struct brick_io *io, uint64_t start,
+                      struct brick_error *err)
+{
+    uint64_t size;
+    int64_t changed_ns;
+    int code = brick_io_size(io, &size, err);
+    if (code || (code = brick_io_changed(io, &changed_ns, err)))
+        return code;
+    s->bytes_on_disk += size;
+    if (changed_ns > s->changed_ns)
+        s->changed_ns = changed_ns;
+    mix(&s->fingerprint, size);
+    mix(&s->fingerprint, (uint64_t)changed_ns);
+    mix(&s->fingerprint, start);
+    return BRICK_OK;
+}
+
+/* NULL when memory is out. */
+static char *describe_state(const struct file_source *s)
+{
+    char date[32] = "", *text;
+    time_t seconds = (time_t)(s->changed_ns / 1000000000);
+    struct tm utc;
+    if (gmtime_r(&seconds, &utc))
+        strftime(date, sizeof date, "%F %T", &utc);
+    return asprintf(&text, "%llu bytes of %s.%09lld UTC (%016llx)", (unsigned long long)s->bytes_on_disk,
+                    date, (long long)(s->changed_ns % 1000000000), (unsigned long long)s->fingerprint) < 0
+               ? NULL
+               : text;
 }
 
 /* Find the first stored byte of a file's voxels and hold its size against what is needed. */
@@ -158,13 +201,13 @@ static int read_part(struct file_source *s, size_t file, uint64_t within, void *
     }
     if (s->encoding == FMT_ENCODING_RAW)
         return brick_io_read_at(&s->io, s->start[file] + within, dst, n, err);
-    if (within != s->at)
+    if (within < s->at)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%s: compressed slices are read in ascending order",
                           s->io.path);
-    int code = fmt_inflate_read(s->inflate, dst, n, err);
-    if (code)
+    int code = fmt_inflate_skip(s->inflate, within - s->at, err);
+    if (code || (code = fmt_inflate_read(s->inflate, dst, n, err)))
         return code;
-    s->at += n;
+    s->at = within + n;
     return s->at == s->file_bytes ? fmt_inflate_check(s->inflate, err) : BRICK_OK;
 }
 
@@ -280,10 +323,16 @@ int fmt_file_source_create(struct brick_source **source, const struct fmt_file_l
         code = brick_io_open(&io, s->path[i], err);
         if (!code)
             code = locate(s, layout, &io, &s->start[i], err);
+        if (!code)
+            code = note_state(s, &io, s->start[i], err);
         brick_io_close(&io);
         if (code)
             goto fail;
     }
+    mix(&s->fingerprint, s->decoded_skip);
+    if (!(s->state = describe_state(s)))
+        goto memory;
+    s->base.state = s->state;
     code = open_file(
         s, 0, err); /* what this build cannot decompress fails here, not halfway through a conversion */
     if (code)

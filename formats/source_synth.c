@@ -29,6 +29,7 @@ struct synth_source {
     const struct synth_field *field;
     struct brick_pool *pool;
     char provenance[96];
+    char state[64];
 };
 
 /* Clamp and round to nearest. f32 is stored as it is. */
@@ -186,6 +187,8 @@ int fmt_synth_open(struct brick_source **source, const char *name, const struct 
     geometry->intercept = volume->intercept;
     synth->source.type = params->type;
     synth->source.provenance = synth->provenance;
+    snprintf(synth->state, sizeof synth->state, "synthetic, value %.17g", params->value);
+    synth->source.state = synth->state;
     synth->source.read = synth_read;
     synth->source.destroy = synth_destroy;
     *source = &synth->source;

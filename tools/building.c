@@ -39,6 +39,8 @@ static int print_json(const char *command, const struct brick_build_report *repo
     cJSON_AddNumberToObject(json, "output_bytes", (double)report->output_bytes);
     cJSON_AddNumberToObject(json, "bricks", (double)report->bricks);
     cJSON_AddNumberToObject(json, "bricks_empty", (double)report->bricks_constant);
+    cJSON_AddNumberToObject(json, "bricks_kept", (double)report->bricks_kept);
+    cJSON_AddNumberToObject(json, "source_bytes_read", (double)report->source_bytes);
     cJSON_AddNumberToObject(json, "seconds", report->seconds);
     cJSON_AddNumberToObject(json, "bytes_per_second",
                             report->seconds > 0 ? (double)report->input_bytes / report->seconds : 0);
@@ -49,9 +51,12 @@ static int print_json(const char *command, const struct brick_build_report *repo
 
 static void print_summary(const char *path, const struct brick_build_report *report)
 {
-    fprintf(stderr, "%s: %s -> %s, %llu bricks (%llu constant), %.2f s", path,
+    fprintf(stderr, "%s: %s -> %s, %llu bricks (%llu constant", path,
             tool_size_text(report->input_bytes).text, tool_size_text(report->output_bytes).text,
-            (unsigned long long)report->bricks, (unsigned long long)report->bricks_constant, report->seconds);
+            (unsigned long long)report->bricks, (unsigned long long)report->bricks_constant);
+    if (report->bricks_kept)
+        fprintf(stderr, ", %llu kept", (unsigned long long)report->bricks_kept);
+    fprintf(stderr, "), %.2f s", report->seconds);
     if (report->seconds > 0)
         fprintf(stderr, ", %.0f MB/s", (double)report->input_bytes / report->seconds * 1e-6);
     fputc('\n', stderr);
@@ -72,6 +77,13 @@ static int note_if_empty(const char *command, const char *path)
     return 0;
 }
 
+static void show(void *context, uint64_t slices_done, uint64_t slices, enum brick_build_stage limit)
+{
+    struct tool_progress *progress = context;
+    progress->limit = brick_build_stage_name(limit);
+    tool_progress_update(progress, slices_done, slices);
+}
+
 int tool_build(const char *command, struct tool_building *building, struct brick_source *source,
                const char *path)
 {
@@ -83,7 +95,7 @@ int tool_build(const char *command, struct tool_building *building, struct brick
 
     building->params.nearest = building->downsample == 1;
     building->params.codec_level = (int)building->codec_level;
-    building->params.progress = tool_progress_update;
+    building->params.progress = show;
     building->params.progress_context = &progress;
     tool_progress_init(&progress, command, dims[0] * dims[1] * dims[2] * brick_type_bytes(source->type),
                        building->quiet);

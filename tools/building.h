@@ -55,6 +55,12 @@ extern const char *const tool_downsample_names[];
          .help = "budget of the buffers, such as 512M"},                                                     \
         TOOL_OPTION_THREADS(&(b).params.threads), TOOL_OPTION_JSON(&(b).json), TOOL_OPTION_QUIET(&(b).quiet)
 
+/* Not of the benchmark. */
+#define TOOL_OPTION_RESUME(b)                                                                                \
+    {                                                                                                        \
+        "resume", .target = &(b).params.resume, .help = "go on where an interrupted conversion stopped"      \
+    }
+
 void tool_building_init(struct tool_building *building);
 
 /* -1, or the exit code after saying what options do not go together. */

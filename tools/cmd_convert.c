@@ -45,6 +45,7 @@ int cmd_convert(int argc, char **argv)
          .given = &in.has_intercept, .help = "see --slope"},
         {"to", .value = "TYPE", .parse = tool_parse_choice, .target = &to_type, .given = &to_f32,
          .limits = {.choices = to}, .help = "f32: round u32, i32 and f64 values that f32 cannot hold"},
+        TOOL_OPTION_RESUME(building),
         TOOL_BUILDING_ROWS(building),
     };
     const struct tool_usage usage = {

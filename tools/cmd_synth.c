@@ -76,6 +76,7 @@ int cmd_synth(int argc, char **argv)
          .help = "of noise (default 1)"},
         {"value", .value = "V", .parse = tool_parse_real, .target = &field.value,
          .help = "constant: the stored value (default 0)"},
+        TOOL_OPTION_RESUME(building),
         TOOL_BUILDING_ROWS(building),
     };
     const struct tool_usage usage = {

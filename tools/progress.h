@@ -1,4 +1,5 @@
-/* A progress line on stderr: bar, MB/s, time left. Only on a terminal; otherwise every call does nothing. */
+/* A progress line on stderr: bar, MB/s, time left, and what limits. Only on a terminal; otherwise every call
+ * does nothing. */
 #ifndef TOOLS_PROGRESS_H
 #define TOOLS_PROGRESS_H
 
@@ -8,8 +9,15 @@
 struct tool_progress {
     bool on;
     const char *label;
-    uint64_t bytes; /* of the whole; 0: unknown, no MB/s */
-    uint64_t start_ns, shown_ns;
+    uint64_t bytes;    /* of the whole; 0: unknown, no MB/s */
+    const char *limit; /* what limits: the caller's to set and change; NULL: unknown */
+    uint64_t shown_ns;
+    const char *shown_limit;
+    /* Speed and time left are those since `from`; `next` will take its place. */
+    struct tool_progress_mark {
+        uint64_t ns;
+        double share;
+    } from, next;
 };
 
 /* label lives as long as the progress. */

@@ -8,10 +8,12 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 /* Linux transfers at most 0x7ffff000 bytes a call; staying below keeps the loops simple everywhere. */
 #define MAX_TRANSFER_BYTES ((size_t)1 << 30)
+#define LOCK_TURNS         50 /* of 10 ms */
 
 static int open_as(struct brick_io *io, const char *path, int flags, struct brick_error *err)
 {
@@ -47,22 +49,45 @@ int brick_io_open(struct brick_io *io, const char *path, struct brick_error *err
     return code ? code : require_regular(io, err);
 }
 
-int brick_io_create(struct brick_io *io, const char *path, struct brick_error *err)
+/* The file may have got another name while it was opened: then the lock is on what another process has
+ * finished, and writing to it would damage that. */
+static bool still_named(const struct brick_io *io)
+{
+    struct stat opened, named;
+    return fstat(io->fd, &opened) == 0 && stat(io->path, &named) == 0 && opened.st_dev == named.st_dev &&
+           opened.st_ino == named.st_ino;
+}
+
+/* A process that was killed holds its locks until the system has taken it apart: that is waited for. */
+static bool lock(const struct brick_io *io)
+{
+    const struct timespec pause = {.tv_nsec = 10000000};
+    for (int turn = 0; flock(io->fd, LOCK_EX | LOCK_NB); turn++) {
+        if (turn == LOCK_TURNS)
+            return false;
+        nanosleep(&pause, NULL);
+    }
+    return still_named(io);
+}
+
+int brick_io_update(struct brick_io *io, const char *path, struct brick_error *err)
 {
     int code = open_as(io, path, O_RDWR | O_CREAT | O_NONBLOCK, err);
     if (code || (code = require_regular(io, err)))
         return code;
-    if (flock(io->fd, LOCK_EX | LOCK_NB)) {
-        code = brick_fail(err, BRICK_ERR_IO, "%s: another process is writing it", path);
+    if (lock(io))
+        return BRICK_OK;
+    code = brick_fail(err, BRICK_ERR_IO, "%s: another process is writing it", path);
+    brick_io_close(io);
+    return code;
+}
+
+int brick_io_create(struct brick_io *io, const char *path, struct brick_error *err)
+{
+    int code = brick_io_update(io, path, err);
+    if (!code && (code = brick_io_truncate(io, 0, err)))
         brick_io_close(io);
-        return code;
-    }
-    if (ftruncate(io->fd, 0)) {
-        code = brick_fail(err, BRICK_ERR_IO, "%s: cannot truncate: %s", path, strerror(errno));
-        brick_io_close(io);
-        return code;
-    }
-    return BRICK_OK;
+    return code;
 }
 
 int brick_io_create_scratch(struct brick_io *io, const char *path, struct brick_error *err)
@@ -100,6 +125,22 @@ int brick_io_size(const struct brick_io *io, uint64_t *bytes, struct brick_error
     if (fstat(io->fd, &st))
         return brick_fail(err, BRICK_ERR_IO, "%s: cannot tell its size: %s", io->path, strerror(errno));
     *bytes = (uint64_t)st.st_size;
+    return BRICK_OK;
+}
+
+int brick_io_changed(const struct brick_io *io, int64_t *ns, struct brick_error *err)
+{
+    struct stat st;
+    if (fstat(io->fd, &st))
+        return brick_fail(err, BRICK_ERR_IO, "%s: cannot tell its age: %s", io->path, strerror(errno));
+    *ns = (int64_t)st.st_mtim.tv_sec * 1000000000 + st.st_mtim.tv_nsec;
+    return BRICK_OK;
+}
+
+int brick_io_truncate(const struct brick_io *io, uint64_t bytes, struct brick_error *err)
+{
+    if (ftruncate(io->fd, (off_t)bytes))
+        return brick_fail(err, BRICK_ERR_IO, "%s: cannot truncate: %s", io->path, strerror(errno));
     return BRICK_OK;
 }
 

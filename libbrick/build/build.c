@@ -14,6 +14,8 @@
 #include "convert.h"
 #include "drain.h"
 #include "feed.h"
+#include "identity.h"
+#include "kept.h"
 #include "pyramid.h"
 
 const struct brick_build_params brick_build_defaults = {
@@ -34,6 +36,7 @@ struct builder {
     struct feed feed;
     struct drain drain;
     struct pyramid pyramid;
+    struct kept kept;
     unsigned threads;
     struct encoder *encoders; /* one a thread */
     struct tally *tallies;    /* one a thread */
@@ -53,6 +56,23 @@ static int encode_one(void *context, const struct window *window, uint64_t id, u
                             b->params.codec_level, &b->tallies[worker], out, &b->costs[worker], err);
     if (!code)
         drain_ready(&b->drain, ticket);
+    return code;
+}
+
+static int create_writer(struct builder *b, const struct brick_source *source, const char *path,
+                         struct brick_error *err)
+{
+    if (!source->state)
+        return b->params.resume
+                   ? brick_fail(err, BRICK_ERR_ARGUMENT,
+                                "%s: cannot be resumed: this source does not say whether it has changed",
+                                path)
+                   : brick_writer_create(&b->writer, path, &b->grid, err);
+    char *identity = identity_text(&b->grid, source, &b->params);
+    int code =
+        identity ? brick_writer_create_journaled(&b->writer, path, &b->grid, identity, b->params.resume, err)
+                 : brick_fail(err, BRICK_ERR_MEMORY, "out of memory");
+    free(identity);
     return code;
 }
 
@@ -98,18 +118,27 @@ static int builder_init(struct builder *b, struct brick_source *source, const ch
                                   .costs = b->costs};
     if ((code = drain_init(&b->drain, b->plan.slots, payload, err)) ||
         (code = feed_init(&b->feed, source, &b->grid, &b->plan, params->round_to_f32, err)) ||
-        (code = pyramid_init(&b->pyramid, path, err)) ||
-        (code = brick_writer_create(&b->writer, path, &b->grid, err)) ||
+        (code = pyramid_init(&b->pyramid, path, err)) || (code = create_writer(b, source, path, err)) ||
         (code = brick_pool_create(&b->pool, b->threads, err)) ||
-        (code = drain_start(&b->drain, b->writer, err)) || (code = feed_start(&b->feed, err)))
+        (code = drain_start(&b->drain, b->writer, err)))
         return code;
     b->pyramid.pool = b->pool;
+    b->kept = (struct kept){.grid = &b->grid,
+                            .writer = b->writer,
+                            .pool = b->pool,
+                            .drain = &b->drain,
+                            .encoders = b->encoders,
+                            .tallies = b->tallies,
+                            .costs = b->costs,
+                            .bricks = brick_writer_kept(b->writer)};
     brick_writer_keep(b->writer, b->plan.keep_bytes);
     return BRICK_OK;
 }
 
-static void builder_finish(struct builder *b)
+/* leave: what was done, for resuming; how many bricks that are. */
+static uint64_t builder_finish(struct builder *b, bool leave)
 {
+    uint64_t left = 0;
     feed_finish(&b->feed);
     drain_finish(&b->drain);
     pyramid_finish(&b->pyramid);
@@ -122,42 +151,17 @@ static void builder_finish(struct builder *b)
     free(b->encoders);
     free(b->tallies);
     free(b->costs);
+    if (b->writer && leave)
+        left = brick_writer_leave(b->writer);
     brick_writer_destroy(&b->writer);
     brick_pool_destroy(&b->pool);
+    return left;
 }
 
-/* All of level 0, and with it all levels. */
-static int run(struct builder *b, struct brick_error *err)
+/* What the encoding threads did, and waited for: known whenever they rest. */
+static void report_work(const struct builder *b, struct brick_build_report *r)
 {
-    const struct brick_level *level = &b->grid.level[0];
-    for (uint64_t row = 0; row < level->bricks[2]; row++) {
-        struct tile tile = tile_first(&b->grid, b->plan.shape, 0, row);
-        bool more = true;
-        while (more) {
-            struct tile done = tile;
-            const struct window *window;
-            int code = feed_take(&b->feed, &tile, &window, err);
-            if (code || (code = pyramid_tile(&b->pyramid, &tile, window, err)))
-                return code;
-            more = tile_next(&b->grid, b->plan.shape, &tile);
-            feed_release(&b->feed, &done, !more);
-        }
-        int code = pyramid_row_done(&b->pyramid, 0, row, err);
-        if (code)
-            return code;
-        uint64_t z = (row + 1) * b->grid.edge;
-        if (b->params.progress)
-            b->params.progress(b->params.progress_context, z < level->dims[2] ? z : level->dims[2],
-                               level->dims[2]);
-    }
-    return drain_flush(&b->drain, b->pyramid.tickets, err);
-}
-
-static void report_costs(const struct builder *b, struct brick_build_report *r)
-{
-    r->memory_bytes = b->plan.memory_bytes;
     r->threads = b->threads;
-    r->tiled = b->plan.boxes;
     r->wait_read_ns = b->feed.wait_ns * b->threads;
     for (unsigned t = 0; t < b->threads; t++) {
         r->wait_write_ns += b->costs[t].wait_write_ns;
@@ -166,10 +170,80 @@ static void report_costs(const struct builder *b, struct brick_build_report *r)
             r->stage[s].bytes += b->costs[t].stage[s].bytes;
         }
     }
+    r->stage[BRICK_STAGE_SPOOL] = b->pyramid.spool_cost;
+}
+
+static void report_costs(const struct builder *b, struct brick_build_report *r)
+{
+    report_work(b, r);
+    r->memory_bytes = b->plan.memory_bytes;
+    r->tiled = b->plan.boxes;
     r->stage[BRICK_STAGE_READ] = b->feed.cost;
     r->stage[BRICK_STAGE_WRITE] = b->drain.cost;
-    r->stage[BRICK_STAGE_SPOOL] = b->pyramid.spool_cost;
     r->spooled_bytes = b->pyramid.spool_cost.bytes / 2; /* written, then read with borders: about twice */
+}
+
+static void show_progress(const struct builder *b, uint64_t row)
+{
+    struct brick_build_report so_far = {0};
+    uint64_t slices = b->grid.dims[2], z = (row + 1) * b->grid.edge;
+    if (!b->params.progress)
+        return;
+    report_work(b, &so_far);
+    b->params.progress(b->params.progress_context, z < slices ? z : slices, slices,
+                       brick_build_limit(&so_far));
+}
+
+/* One tile of level 0. What is kept of it is taken first; the source is read from the first tile on that
+ * needs it, which for a lossy codec is the first of all, since coarser levels are made from converted voxels.
+ */
+static int run_tile(struct builder *b, const struct tile *tile, bool last_of_row, struct brick_error *err)
+{
+    const struct window *window;
+    uint64_t kept;
+    int code = kept_check(&b->kept, tile, &kept, err);
+    if (code)
+        return code;
+    bool reading = b->feed.running;
+    if (!reading && (kept < tile_bricks(tile) || brick_codec_is_lossy(b->params.codec))) {
+        if ((code = feed_start(&b->feed, tile, err)))
+            return code;
+        reading = true;
+    }
+    if (!reading)
+        window = feed_lend(&b->feed, tile);
+    else if ((code = feed_take(&b->feed, tile, &window, err)))
+        return code;
+    code = kept_take(&b->kept, tile, kept, reading ? NULL : window, b->pyramid.tickets, err);
+    b->pyramid.tickets += kept;
+    b->pyramid.skip = b->kept.bricks;
+    if (!code)
+        code = pyramid_tile(&b->pyramid, tile, window, err);
+    if (reading)
+        feed_release(&b->feed, tile, last_of_row);
+    return code;
+}
+
+/* All of level 0, and with it all levels. */
+static int run(struct builder *b, struct brick_error *err)
+{
+    const struct brick_level *level = &b->grid.level[0];
+    for (uint64_t row = 0; row < level->bricks[2]; row++) {
+        struct tile next = tile_first(&b->grid, b->plan.shape, 0, row);
+        bool more = true;
+        while (more) {
+            struct tile tile = next;
+            more = tile_next(&b->grid, b->plan.shape, &next);
+            int code = run_tile(b, &tile, !more, err);
+            if (code)
+                return code;
+        }
+        int code = pyramid_row_done(&b->pyramid, 0, row, err);
+        if (code)
+            return code;
+        show_progress(b, row);
+    }
+    return drain_flush(&b->drain, b->pyramid.tickets, err);
 }
 
 int brick_build(struct brick_source *source, const char *path, const struct brick_build_params *params,
@@ -193,28 +267,38 @@ int brick_build(struct brick_source *source, const char *path, const struct bric
         code = brick_fail(err, BRICK_ERR_MEMORY, "out of memory");
         goto done;
     }
+    if (params->progress)
+        params->progress(params->progress_context, b.grid.dims[2], b.grid.dims[2], BRICK_STAGE_FINISH);
     brick_writer_set_tolerance(b.writer, params->tolerance);
     code = brick_writer_finish(b.writer, &stats, provenance, &r.output_bytes, err);
     free(provenance);
     report_costs(&b, &r);
     uint64_t now = brick_now_ns();
     r.stage[BRICK_STAGE_FINISH] = (struct brick_build_cost){now - clock, r.output_bytes};
+    r.source_bytes = b.feed.cost.bytes / brick_type_bytes(b.grid.type) * brick_type_bytes(source->type);
     r.input_bytes = voxels * brick_type_bytes(source->type);
     r.bricks = b.grid.bricks;
     r.bricks_constant = b.drain.constant;
+    r.bricks_kept = b.kept.bricks;
     r.converted = source->type != b.grid.type;
     r.seconds = (double)(now - start) * 1e-9;
     if (report)
         *report = r;
-done:
-    builder_finish(&b);
+done:;
+    uint64_t left = builder_finish(&b, code == BRICK_ERR_IO || (code && params->resume));
+    if (left && err) {
+        struct brick_error why = *err;
+        brick_fail_at(err, code, why.offset, why.brick,
+                      "%.400s; %llu bricks wait in %.150s.part for --resume", why.message,
+                      (unsigned long long)left, path);
+    }
     return code;
 }
 
 const char *brick_build_stage_name(enum brick_build_stage stage)
 {
-    static const char *const names[BRICK_STAGES] = {"read",       "gather", "ranges", "count", "compress",
-                                                    "downsample", "spool",  "write",  "finish"};
+    static const char *const names[BRICK_STAGES] = {"read",   "gather",     "ranges", "count", "compress",
+                                                    "resume", "downsample", "spool",  "write", "finish"};
     return (unsigned)stage < BRICK_STAGES ? names[stage] : NULL;
 }
 

@@ -30,6 +30,8 @@ static int write_one(struct drain *d, const struct encoded *e, struct brick_erro
         d->max = fmax(d->max, (double)e->entry.max);
     }
     d->constant += e->bytes == 0;
+    if (e->written)
+        return BRICK_OK;
     int code = brick_writer_put(d->writer, e->id, &e->entry, e->bytes ? e->payload : NULL, e->bytes, err);
     d->cost.ns += brick_now_ns() - start;
     d->cost.bytes += e->bytes;

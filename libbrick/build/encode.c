@@ -41,6 +41,7 @@ void encoder_finish(struct encoder *e)
     free(e->hi);
     free(e->folds);
     free(e->bins);
+    brick_scratch_finish(&e->stored);
     memset(e, 0, sizeof *e);
 }
 
@@ -126,6 +127,7 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
     size_t width = brick_type_bytes(grid->type), voxel_bytes = brick_place_voxel_bytes(grid, &place);
     out->id = id;
     out->level0 = place.level == 0;
+    out->written = false;
     out->entry = (struct brick_entry){.codec = (uint8_t)codec};
     out->moments = (struct tally_moments){0};
     gather(w, w->voxels, width, place.lo, place.stored, e->payload);
@@ -180,6 +182,8 @@ int encode_brick(struct encoder *e, const struct brick_grid *grid, const struct 
     if (one_range && equal) {
         out->entry.flags = BRICK_FLAG_CONSTANT;
         out->entry.codec = BRICK_CODEC_NONE;
+        if (grid->type == BRICK_F32) /* the bits: a conversion would change those of some NaN */
+            memcpy(&value, e->payload, sizeof value);
         memcpy(&out->entry.value, &value, sizeof value);
         out->bytes = 0;
         return BRICK_OK;

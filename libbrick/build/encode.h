@@ -11,17 +11,18 @@
 /* Scratch memory of one worker. */
 struct encoder {
     const struct kernels *kernels;
-    unsigned char *payload; /* voxels and macrocell ranges before compression */
-    unsigned char *lo, *hi; /* (edge+1)^3 voxels of the level-0 ranges; levels above 0 only */
-    unsigned char *folds;   /* for ranges.c */
-    unsigned char *bins;    /* 3 (edge+1)^3, for the occupancy mask */
-    double tolerance;       /* of a lossy codec, in stored values; the caller's to set */
+    unsigned char *payload;      /* voxels and macrocell ranges before compression */
+    unsigned char *lo, *hi;      /* (edge+1)^3 voxels of the level-0 ranges; levels above 0 only */
+    unsigned char *folds;        /* for ranges.c */
+    unsigned char *bins;         /* 3 (edge+1)^3, for the occupancy mask */
+    double tolerance;            /* of a lossy codec, in stored values; the caller's to set */
+    struct brick_scratch stored; /* a kept brick before decoding */
 };
 
 /* What comes out for one brick. `bytes` of `payload` are used; 0 for a constant brick. */
 struct encoded {
-    uint64_t id, ready; /* the brick, and what drain.c keeps here */
-    bool level0;
+    uint64_t id, ready;   /* the brick, and what drain.c keeps here */
+    bool level0, written; /* written: the brick is in the file already */
     struct brick_entry entry;
     unsigned char *payload; /* brick_codec_bound of the largest payload */
     size_t bytes;

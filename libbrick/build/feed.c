@@ -92,7 +92,7 @@ static void read_ring(struct feed *f)
     const uint64_t *dims = f->grid->level[0].dims;
     size_t slice = window_slice_bytes(w);
     uint64_t chunk = 1 + CHUNK_BYTES / slice;
-    for (uint64_t z = 0; z < dims[2];) {
+    for (uint64_t z = f->read; z < dims[2];) {
         uint64_t n = w->capacity - z % w->capacity; /* up to where the ring wraps */
         if (n > dims[2] - z)
             n = dims[2] - z;
@@ -118,11 +118,20 @@ static void read_ring(struct feed *f)
     }
 }
 
+static void cover(struct window *w, const struct box *box)
+{
+    w->capacity = box->hi[2] - box->lo[2];
+    for (int a = 0; a < 2; a++) {
+        w->lo[a] = box->lo[a];
+        w->size[a] = box->hi[a] - box->lo[a];
+    }
+}
+
 static void read_boxes(struct feed *f)
 {
     uint64_t rows = f->grid->level[0].bricks[2], turn = 0;
-    for (uint64_t row = 0; row < rows; row++) {
-        struct tile tile = tile_first(f->grid, f->plan->shape, 0, row);
+    struct tile tile = f->first;
+    for (uint64_t row = tile.row; row < rows; row++, tile = tile_first(f->grid, f->plan->shape, 0, row)) {
         do {
             struct window *w = &f->window[turn++ % 2];
             if (!wait_for_room(f, 1, 2))
@@ -130,11 +139,7 @@ static void read_boxes(struct feed *f)
             struct box box = tile_stored(f->grid, &tile), slice = box;
             struct brick_error error = {0};
             uint64_t start = brick_now_ns();
-            w->capacity = box.hi[2] - box.lo[2];
-            for (int a = 0; a < 2; a++) {
-                w->lo[a] = box.lo[a];
-                w->size[a] = box.hi[a] - box.lo[a];
-            }
+            cover(w, &box);
             int code = BRICK_OK;
             for (uint64_t z = box.lo[2]; !code && z < box.hi[2]; z++) {
                 slice.lo[2] = z;
@@ -157,8 +162,19 @@ static void *feed_main(void *context)
     return NULL;
 }
 
-int feed_start(struct feed *f, struct brick_error *err)
+const struct window *feed_lend(struct feed *f, const struct tile *tile)
 {
+    struct box core = tile_core(f->grid, tile);
+    if (f->plan->boxes)
+        cover(&f->window[0], &core);
+    return &f->window[0];
+}
+
+int feed_start(struct feed *f, const struct tile *first, struct brick_error *err)
+{
+    f->first = *first;
+    if (!f->plan->boxes)
+        f->read = f->released = tile_stored(f->grid, first).lo[2];
     f->running = brick_thread_start(&f->thread, feed_main, f);
     return f->running ? BRICK_OK
                       : brick_fail(err, BRICK_ERR_MEMORY, "the system refuses to start a thread for reading");

@@ -14,6 +14,7 @@ struct feed {
     bool round_to_f32;
     struct window window[2]; /* a ring uses the first, boxes take turns */
     void *staging;
+    struct tile first;
 
     pthread_t thread;
     bool running;
@@ -32,7 +33,10 @@ struct feed {
 
 int feed_init(struct feed *feed, struct brick_source *source, const struct brick_grid *grid,
               const struct plan *plan, bool round_to_f32, struct brick_error *err);
-int feed_start(struct feed *feed, struct brick_error *err);
+/* Begin reading with what this tile needs. */
+int feed_start(struct feed *feed, const struct tile *first, struct brick_error *err);
+/* Before that: memory for a tile's core, for the caller to fill. */
+const struct window *feed_lend(struct feed *feed, const struct tile *tile);
 /* Stops reading where it is. */
 void feed_finish(struct feed *feed);
 

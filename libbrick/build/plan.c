@@ -185,6 +185,7 @@ int plan_make(struct plan *plan, const struct brick_grid *grid, const struct bri
     p.fixed = PROGRAM_BYTES + (uint64_t)(threads + 2) * THREAD_BYTES;
     p.fixed =
         add(p.fixed, threads * (encoder_bytes(grid) + tally_bytes() + codec_bytes(params->codec, payload)));
+    p.fixed = add(p.fixed, params->resume ? threads * bound : 0);
     p.fixed = add(p.fixed, plan->slots * (bound + sizeof(struct encoded)));
     p.fixed = add(p.fixed, mul(grid->bricks, sizeof(struct brick_entry)));
     bool room = p.fixed <= p.budget;

@@ -129,6 +129,11 @@ int pyramid_tile(struct pyramid *p, const struct tile *tile, const struct window
                          .first_brick = tile_first_brick(p->grid, tile),
                          .bricks = tile_bricks(tile),
                          .first_ticket = p->tickets};
+    if (p->skip > j.first_brick) {
+        uint64_t skip = p->skip - j.first_brick < j.bricks ? p->skip - j.first_brick : j.bricks;
+        j.first_brick += skip;
+        j.bricks -= skip;
+    }
     uint64_t items = j.bricks;
     p->tickets += j.bricks;
     if (coarser) {

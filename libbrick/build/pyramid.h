@@ -28,6 +28,7 @@ struct pyramid {
     struct window in, out;                  /* tiles from and to spools */
     uint64_t filled[BRICK_MAX_LEVELS];      /* slices [0, filled) have been made */
     uint64_t next_row[BRICK_MAX_LEVELS];    /* row of bricks that is encoded next */
+    uint64_t skip;                          /* bricks [0, skip) of level 0 need not be encoded */
     uint64_t tickets;
     struct brick_build_cost spool_cost;
 };

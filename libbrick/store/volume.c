@@ -13,6 +13,7 @@
 #include <brick/io.h>
 
 #include "layout.h"
+#include "payload.h"
 
 struct brick_volume {
     struct brick_io io;
@@ -292,89 +293,8 @@ void brick_volume_value_range(const struct brick_volume *volume, double range[2]
         to_physical(&volume->grid, volume->stats.min, volume->stats.max, &range[0], &range[1]);
 }
 
-void brick_scratch_finish(struct brick_scratch *scratch)
-{
-    free(scratch->data);
-    *scratch = (struct brick_scratch){0};
-}
-
-/* Store v as n voxels of a type; v is one of its values. */
-static void fill(enum brick_type type, void *dst, size_t n, float value)
-{
-    switch (type) {
-    case BRICK_U8:
-        memset(dst, (uint8_t)value, n);
-        break;
-    case BRICK_I8:
-        memset(dst, (uint8_t)(int8_t)value, n);
-        break;
-    case BRICK_U16:
-        for (size_t i = 0; i < n; i++)
-            ((uint16_t *)dst)[i] = (uint16_t)value;
-        break;
-    case BRICK_I16:
-        for (size_t i = 0; i < n; i++)
-            ((int16_t *)dst)[i] = (int16_t)value;
-        break;
-    default:
-        for (size_t i = 0; i < n; i++)
-            ((float *)dst)[i] = value;
-        break;
-    }
-}
-
-/* A constant brick's voxels are `value`; its macrocells hold the index's range. */
-static int fill_constant(const struct brick_volume *v, uint64_t id, const struct brick_place *place,
-                         void *dst, struct brick_error *err)
-{
-    static const float lowest[] = {0.0f, -128.0f, 0.0f, -32768.0f, -INFINITY};
-    static const float highest[] = {255.0f, 127.0f, 65535.0f, 32767.0f, INFINITY};
-    enum brick_type type = v->grid.type;
-    size_t width = brick_type_bytes(type), voxels = brick_place_voxel_bytes(&v->grid, place) / width;
-    size_t total = brick_place_payload_bytes(&v->grid, place) / width;
-    const struct brick_entry *e = &v->entries[id];
-    float values[3] = {0.0f, e->min, e->max};
-    memcpy(&values[0], &e->value, sizeof values[0]);
-    for (int i = 0; type != BRICK_F32 && i < 3; i++)
-        if (!(values[i] >= lowest[type] && values[i] <= highest[type] && values[i] == truncf(values[i])))
-            return brick_fail_at(err, BRICK_ERR_FORMAT, BRICK_NO_OFFSET, id,
-                                 "%s: brick %llu is a constant %g, not a %s", v->io.path,
-                                 (unsigned long long)id, (double)values[i], brick_type_name(type));
-    fill(type, dst, voxels, values[0]);
-    for (size_t i = voxels; i < total; i++)
-        fill(type, (unsigned char *)dst + i * width, 1, values[1 + (i - voxels) % 2]);
-    return BRICK_OK;
-}
-
 int brick_volume_read(const struct brick_volume *volume, uint64_t id, void *dst,
                       struct brick_scratch *scratch, struct brick_error *err)
 {
-    const struct brick_entry *e = &volume->entries[id];
-    struct brick_place place;
-    brick_grid_place(&volume->grid, id, &place);
-    if (e->flags & BRICK_FLAG_CONSTANT)
-        return fill_constant(volume, id, &place, dst, err);
-    if (scratch->bytes < e->bytes) {
-        void *grown = realloc(scratch->data, e->bytes);
-        if (!grown)
-            return brick_fail_at(err, BRICK_ERR_MEMORY, e->offset, id,
-                                 "%s: out of memory for brick %llu of %u bytes", volume->io.path,
-                                 (unsigned long long)id, e->bytes);
-        scratch->data = grown;
-        scratch->bytes = e->bytes;
-    }
-    struct brick_codec_shape shape = brick_codec_shape(&volume->grid, &place);
-    struct brick_error inner = {0};
-    int code = brick_io_read_at(&volume->io, e->offset, scratch->data, e->bytes, &inner);
-    if (!code && XXH3_64bits(scratch->data, e->bytes) != e->checksum)
-        code = brick_fail(&inner, BRICK_ERR_CHECKSUM, "%s: its checksum does not match: the file is damaged",
-                          volume->io.path);
-    if (!code)
-        code = brick_codec_decode((enum brick_codec)e->codec, &shape, scratch->data, e->bytes, dst, &inner);
-    if (!code)
-        return BRICK_OK;
-    return brick_fail_at(
-        err, code, e->offset, id, "brick %llu (level %u, %llu,%llu,%llu; %u bytes at %llu): %.400s",
-        (unsigned long long)id, place.level, (unsigned long long)place.at[0], (unsigned long long)place.at[1],
-        (unsigned long long)place.at[2], e->bytes, (unsigned long long)e->offset, inner.message);
+    return payload_read(&volume->io, &volume->grid, id, &volume->entries[id], dst, scratch, err);
 }

@@ -1,7 +1,8 @@
 /* The writer. Invariants: PATH is untouched until the rename; PATH.part begins with 512 zero bytes until
  * everything behind them is on disk, so that it never opens as complete; the file's order is level 0, level
  * 1, ... whatever order the levels' bricks come in, because coarser levels wait: each one's first payloads
- * in chunks of memory, the rest in a scratch file of its own. */
+ * in chunks of memory, the rest in a scratch file of its own. What is left for resuming is level 0 alone, for
+ * coarser levels can be made from it. */
 #include <brick/writer.h>
 
 #include <stdlib.h>
@@ -11,7 +12,9 @@
 
 #include <brick/io.h>
 
+#include "journal.h"
 #include "layout.h"
+#include "payload.h"
 
 enum {
     CHUNK_BYTES = 1 << 20,
@@ -34,51 +37,165 @@ struct level_file {
 };
 
 struct brick_writer {
-    char *path, *part_path;
+    char *path, *part_path, *journal_path;
     struct brick_grid grid;
     struct brick_entry *entries; /* offsets relative to the level's first payload until finishing */
     struct level_file level[BRICK_MAX_LEVELS];
-    bool part_exists;
+    bool part_exists; /* PATH.part is this writer's */
+    bool spoiled;     /* its header may say that it is complete, and it is not */
+    bool leave;       /* it stays when the writer goes */
+    bool journaled;
+    struct journal journal;
+    uint64_t kept;
     double tolerance;
     uint64_t may_keep; /* bytes of chunks still allowed */
     uint64_t flushed;  /* PATH.part's first bytes that the disk has been told to write */
 };
 
+static char *append(const char *path, const char *ending)
+{
+    size_t n = strlen(path), m = strlen(ending);
+    char *text = malloc(n + m + 1);
+    if (text) {
+        memcpy(text, path, n);
+        memcpy(text + n, ending, m + 1);
+    }
+    return text;
+}
+
+/* An empty header: the file is not complete. */
+static int unseal(const struct brick_writer *w, struct brick_error *err)
+{
+    static const unsigned char zeros[LAYOUT_HEADER_BYTES];
+    return brick_io_write_at(&w->level[0].io, 0, zeros, sizeof zeros, err);
+}
+
+/* Payloads end where level 0's do, and what was behind them is gone. */
+static int drop_rest(struct brick_writer *w, struct brick_error *err)
+{
+    uint64_t size, end = LAYOUT_HEADER_BYTES + w->level[0].bytes;
+    int code = brick_io_size(&w->level[0].io, &size, err);
+    w->flushed = end;
+    return code || size <= end ? code : brick_io_truncate(&w->level[0].io, end, err);
+}
+
+static uint64_t level_end(const struct brick_grid *g, uint32_t l)
+{
+    return l + 1 < g->levels ? g->level[l + 1].first_brick : g->bricks;
+}
+
+/* Begin PATH.part, or go on with what is there. identity may be NULL. */
+static int open_part(struct brick_writer *w, const char *identity, bool resume, struct brick_error *err)
+{
+    struct level_file *part = &w->level[0];
+    uint64_t size = 0;
+    int code = brick_io_update(&part->io, w->part_path, err);
+    if (code)
+        return code;
+    w->part_exists = true;
+    code = resume ? brick_io_size(&part->io, &size, err) : brick_io_truncate(&part->io, 0, err);
+    if (code)
+        return code;
+    w->leave = size > 0; /* should it be another's work */
+    if (size && (code = journal_open(&w->journal, w->journal_path, identity, w->part_path, w->entries,
+                                     level_end(&w->grid, 0), &w->kept, err)))
+        return code;
+    w->leave = w->kept > 0;
+    for (uint64_t id = 0; id < w->kept; id++)
+        part->bytes += w->entries[id].bytes;
+    part->next_brick = w->kept;
+    if ((code = unseal(w, err)) || (code = drop_rest(w, err)))
+        return code;
+    return size || !identity ? BRICK_OK : journal_create(&w->journal, w->journal_path, identity, err);
+}
+
 int brick_writer_create(struct brick_writer **writer, const char *path, const struct brick_grid *grid,
                         struct brick_error *err)
+{
+    return brick_writer_create_journaled(writer, path, grid, NULL, false, err);
+}
+
+int brick_writer_create_journaled(struct brick_writer **writer, const char *path,
+                                  const struct brick_grid *grid, const char *identity, bool resume,
+                                  struct brick_error *err)
 {
     *writer = NULL;
     int code = BRICK_ERR_MEMORY;
     struct brick_writer *w = calloc(1, sizeof *w);
     if (!w)
         return brick_fail(err, code, "%s: out of memory", path);
+    w->journal.io = (struct brick_io)BRICK_IO_CLOSED;
     for (int l = 0; l < BRICK_MAX_LEVELS; l++)
         w->level[l].io.fd = -1;
     for (uint32_t l = 0; l < grid->levels; l++)
         w->level[l].next_brick = grid->level[l].first_brick;
     w->grid = *grid;
-    size_t n = strlen(path);
+    w->journaled = identity != NULL;
     w->path = strdup(path);
-    w->part_path = malloc(n + sizeof ".part");
+    w->part_path = append(path, ".part");
+    w->journal_path = append(path, ".part.journal");
     w->entries = calloc(grid->bricks, sizeof *w->entries);
-    if (!w->path || !w->part_path || !w->entries) {
+    if (!w->path || !w->part_path || !w->journal_path || !w->entries)
         brick_fail(err, code, "%s: out of memory for an index of %llu bricks", path,
                    (unsigned long long)grid->bricks);
-        goto fail;
-    }
-    memcpy(w->part_path, path, n);
-    memcpy(w->part_path + n, ".part", sizeof ".part");
-    static const unsigned char zeros[LAYOUT_HEADER_BYTES];
-    if ((code = brick_io_create(&w->level[0].io, w->part_path, err)))
-        goto fail;
-    w->part_exists = true;
-    if ((code = brick_io_write_at(&w->level[0].io, 0, zeros, sizeof zeros, err)))
-        goto fail;
-    *writer = w;
-    return BRICK_OK;
-fail:
-    brick_writer_destroy(&w);
+    else
+        code = open_part(w, identity, resume && identity, err);
+    if (code)
+        brick_writer_destroy(&w);
+    else
+        *writer = w;
     return code;
+}
+
+uint64_t brick_writer_kept(const struct brick_writer *w)
+{
+    return w->kept;
+}
+
+const struct brick_entry *brick_writer_entry(const struct brick_writer *w, uint64_t id)
+{
+    return &w->entries[id];
+}
+
+/* As it is in PATH.part. */
+static struct brick_entry entry_in_part(const struct brick_writer *w, uint64_t id)
+{
+    struct brick_entry e = w->entries[id];
+    if (!(e.flags & BRICK_FLAG_CONSTANT))
+        e.offset += LAYOUT_HEADER_BYTES;
+    return e;
+}
+
+int brick_writer_check(const struct brick_writer *w, uint64_t id, struct brick_scratch *scratch,
+                       struct brick_error *err)
+{
+    struct brick_entry e = entry_in_part(w, id);
+    return e.flags & BRICK_FLAG_CONSTANT ? BRICK_OK : payload_fetch(&w->level[0].io, &e, scratch, err);
+}
+
+int brick_writer_read(const struct brick_writer *w, uint64_t id, void *dst, struct brick_scratch *scratch,
+                      struct brick_error *err)
+{
+    struct brick_entry e = entry_in_part(w, id);
+    return payload_read(&w->level[0].io, &w->grid, id, &e, dst, scratch, err);
+}
+
+int brick_writer_cut(struct brick_writer *w, uint64_t kept, struct brick_error *err)
+{
+    for (uint64_t id = kept; id < w->kept; id++)
+        w->level[0].bytes -= w->entries[id].bytes;
+    w->kept = w->level[0].next_brick = kept;
+    int code = journal_cut(&w->journal, w->entries, kept, err);
+    return code ? code : drop_rest(w, err);
+}
+
+uint64_t brick_writer_leave(struct brick_writer *w)
+{
+    if (!w->journaled || w->spoiled)
+        return 0;
+    (void)journal_flush(&w->journal, NULL); /* a full disk: what was written before is enough */
+    w->leave = w->leave || w->journal.entries > 0;
+    return w->journal.entries;
 }
 
 static void free_chunks(struct level_file *level)
@@ -95,14 +212,19 @@ void brick_writer_destroy(struct brick_writer **writer)
     struct brick_writer *w = *writer;
     if (!w)
         return;
+    if (w->part_exists && (!w->leave || w->spoiled)) {
+        unlink(w->part_path);
+        if (w->journaled)
+            unlink(w->journal_path);
+    }
+    journal_close(&w->journal);
     for (int l = 0; l < BRICK_MAX_LEVELS; l++) {
         free_chunks(&w->level[l]);
         brick_io_close(&w->level[l].io);
     }
-    if (w->part_exists)
-        unlink(w->part_path);
     free(w->path);
     free(w->part_path);
+    free(w->journal_path);
     free(w->entries);
     free(w);
     *writer = NULL;
@@ -200,7 +322,7 @@ int brick_writer_put(struct brick_writer *w, uint64_t id, const struct brick_ent
         level->bytes += bytes;
     }
     level->next_brick++;
-    return BRICK_OK;
+    return l == 0 && w->journaled ? journal_put(&w->journal, e, err) : BRICK_OK;
 }
 
 /* Append what waited of a level at `end`. */
@@ -276,16 +398,17 @@ int brick_writer_finish(struct brick_writer *w, const struct brick_stats *stats,
     if (room < stats_bytes)
         room = stats_bytes;
     for (uint32_t l = 0; l < g->levels; l++)
-        if (w->level[l].next_brick != (l + 1 < g->levels ? g->level[l + 1].first_brick : g->bricks))
+        if (w->level[l].next_brick != level_end(g, l))
             return brick_fail(err, BRICK_ERR_ARGUMENT, "%s: level %u is not complete", w->path, l);
     if (text_bytes > LAYOUT_MAX_TEXT)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%s: provenance of %zu bytes is too long", w->path,
                           text_bytes);
+    bool sealed = false;
     unsigned char *buffer = malloc(room);
     if (!buffer)
         return brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", w->path);
 
-    int code = BRICK_OK;
+    int code = w->journaled ? journal_flush(&w->journal, err) : BRICK_OK;
     uint64_t end = LAYOUT_HEADER_BYTES;
     for (uint32_t l = 0; !code && l < g->levels; l++) {
         for (uint64_t id = g->level[l].first_brick; id < w->level[l].next_brick; id++)
@@ -310,13 +433,20 @@ int brick_writer_finish(struct brick_writer *w, const struct brick_stats *stats,
     h.file_bytes = end;
     unsigned char header[LAYOUT_HEADER_BYTES];
     layout_put_header(&h, header);
-    if ((code = brick_io_sync(&w->level[0].io, err)) ||
-        (code = brick_io_write_at(&w->level[0].io, 0, header, sizeof header, err)) ||
+    if ((code = brick_io_sync(&w->level[0].io, err)))
+        goto done;
+    sealed = true;
+    if ((code = brick_io_write_at(&w->level[0].io, 0, header, sizeof header, err)) ||
         (code = brick_io_sync(&w->level[0].io, err)) || (code = brick_io_rename(w->part_path, w->path, err)))
         goto done;
     w->part_exists = false;
+    if (w->journaled)
+        unlink(w->journal_path);
     *file_bytes = end;
 done:
+    /* What may be left must not open as complete, not even when only the last sync or the new name failed. */
+    if (code && sealed)
+        w->spoiled = unseal(w, NULL) != BRICK_OK;
     free(buffer);
     return code;
 }

@@ -127,7 +127,7 @@ class FullDisk(cli.Case):
 
     SCRIPT = 'mount -t tmpfs -o size=128k none "$1" || exit 77; d=$1; shift; "$@"; code=$?; ls -A "$d"; exit $code'
 
-    def full(self, *args):
+    def full(self, *args, left=""):
         os.makedirs(self.path("disk"), exist_ok=True)
         unshare = ["unshare", "-m"] if os.geteuid() == 0 else ["unshare", "-rm"]
         if not shutil.which("unshare"):
@@ -139,11 +139,13 @@ class FullDisk(cli.Case):
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
         self.assertRegex(result.stderr, "^brick %s: .*(No space left|disk is full|disk full)" % args[0])
-        self.assertEqual(result.stdout, "", "files were left")
+        self.assertEqual(result.stdout, left, "files were left")
+        self.assertEqual("--resume" in result.stderr, bool(left))
 
     def test_convert(self):
         self.write("a.raw", os.urandom(1 << 20))
-        self.full("convert", "a.raw", "--size", "128x128x64", "--type", "u8", "-o", "disk/a.brick", "--quiet")
+        self.full("convert", "a.raw", "--size", "128x128x64", "--type", "u8", "-o", "disk/a.brick", "--quiet",
+                  left="a.brick.part\na.brick.part.journal\n")
 
     def test_export(self):
         self.write("a.raw", os.urandom(1 << 20))

@@ -38,10 +38,14 @@ class Progress(cli.Case):
             said = self.on_terminal(columns, *synth)
             *frames, last = said.split("\r\033[K")[0].split("\r")[1:]
             for frame in [*frames, last]:
-                self.assertRegex(frame, r"^synth \[#*\.*\] +\d+%( +\d+\.\d MB/s( +\d+:\d\d left)?)?\x1b\[K$")
+                self.assertRegex(frame, r"^synth \[#*\.*\] +\d+%( +\d+\.\d MB/s( +\d+:\d\d left)?)?(, [a-z]+ limits)?\x1b\[K$")
+                # What limits is told where there is room.
+                self.assertEqual("limits" in frame, columns >= 80)
                 self.assertLess(len(frame.replace("\x1b[K", "")), columns)
             bar = re.search(r"\[([#.]*)\]", last).group(1)
-            self.assertEqual(len(bar), min(30, columns - len("synth") - 37))
+            self.assertEqual(len(bar), {200: 30, 80: 80 - len("synth") - 37 - 19, 52: 10}[columns])
+            if columns >= 80:
+                self.assertIn("finish limits", last)  # tables, the last sync
             # The line is erased; the summary stays.
             self.assertRegex(said.split("\r\033[K")[-1], r"^a\.brick: .* bricks .*\r\n$")
 

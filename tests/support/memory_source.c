@@ -47,6 +47,7 @@ void memory_source_init(struct memory_source *source, enum brick_type type, uint
         source->base.geometry.affine[a][a] = 1.0;
     source->base.geometry.slope = 1.0;
     source->base.provenance = "format: memory\n";
+    source->base.state = "memory";
     source->base.read = read_memory;
     source->base.read_box = read_box_of_memory;
     source->base.destroy = destroy_nothing;

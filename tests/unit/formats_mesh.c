@@ -299,7 +299,7 @@ static void any_damage_ends_in_a_result(void **state)
 {
     (void)state;
     uint32_t seed = 5;
-    for (int round = 0; round < 3000; round++) {
+    for (int round = 0; round < 1000; round++) {
         unsigned char bytes[1024];
         const char *path = round % 3 == 0 ? put_ascii("\n") : put_binary(round % 3 == 1, 0);
 #ifdef HAVE_TINYOBJ

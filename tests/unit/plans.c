@@ -240,7 +240,7 @@ static int read_until(struct brick_source *base, uint64_t z, uint64_t count, voi
 }
 
 /* A source that fails and a disk that is full end the conversion: no thread waits for another for ever, the
- * message is the first failure's, and nothing is left. */
+ * message is the first failure's, and nothing is left but what can be resumed. */
 static void failures_end_it(void **state)
 {
     (void)state;
@@ -250,9 +250,16 @@ static void failures_end_it(void **state)
     memory_source_init(&source, BRICK_U16, 200, 200, 120, NULL);
     source.base.read = read_until;
     for (params.threads = 1; params.threads <= 4; params.threads++) {
-        const char *path = test_path("gone.brick");
+        const char *path = test_path("gone.brick"), *first = "slice 70 is gone";
+        source.base.state = "memory";
         assert_int_equal(brick_build(&source.base, path, &params, NULL, &err), BRICK_ERR_IO);
-        assert_string_equal(err.message, "slice 70 is gone");
+        assert_memory_equal(err.message, first, strlen(first));
+        assert_non_null(strstr(err.message, "for --resume"));
+        assert_int_equal(access(path, F_OK), -1);
+        assert_int_equal(access(test_path("gone.brick.part"), F_OK), 0);
+        source.base.state = NULL;
+        assert_int_equal(brick_build(&source.base, path, &params, NULL, &err), BRICK_ERR_IO);
+        assert_string_equal(err.message, first);
         assert_int_equal(access(path, F_OK), -1);
         assert_int_equal(access(test_path("gone.brick.part"), F_OK), -1);
     }

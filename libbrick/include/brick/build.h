@@ -13,6 +13,23 @@
 extern "C" {
 #endif
 
+/* What a conversion does to every voxel. Times are summed over threads: on a core for what is computed, on
+ * the wall for what waits for disks (read, spool, write, finish). Bytes: of voxels for what is done to voxels
+ * (borders and coarser levels included), of encoded bricks for writing. */
+enum brick_build_stage {
+    BRICK_STAGE_READ,   /* the source */
+    BRICK_STAGE_GATHER, /* bricks with their borders */
+    BRICK_STAGE_RANGES, /* of macrocells and bricks */
+    BRICK_STAGE_COUNT,  /* statistics */
+    BRICK_STAGE_COMPRESS,
+    BRICK_STAGE_RESUME,     /* bricks of an interrupted conversion, read and decoded */
+    BRICK_STAGE_DOWNSAMPLE, /* bytes of the finer level */
+    BRICK_STAGE_SPOOL,      /* levels that wait in scratch files, written and read */
+    BRICK_STAGE_WRITE,      /* checksums and payloads */
+    BRICK_STAGE_FINISH,     /* coarser levels and tables behind level 0, sync, rename */
+    BRICK_STAGES
+};
+
 struct brick_build_params {
     uint32_t edge, border, macrocell;
     enum brick_codec codec;
@@ -23,35 +40,23 @@ struct brick_build_params {
     uint64_t memory_bytes; /* budget of everything; BRICK_ERR_MEMORY names what would do */
     unsigned threads;      /* that encode, 0: one a core; two more read and write */
     bool plain;            /* no vectorised loops: the same file, slower */
-    void (*progress)(void *context, uint64_t slices_done, uint64_t slices); /* may be NULL */
+    bool resume;           /* keep what an interrupted conversion of the same source has left */
+    /* May be NULL. limit: the stage that has limited so far, as brick_build_limit. */
+    void (*progress)(void *context, uint64_t slices_done, uint64_t slices, enum brick_build_stage limit);
     void *progress_context;
 };
 extern const struct brick_build_params brick_build_defaults;
-
-/* What a conversion does to every voxel. Times are summed over threads: on a core for what is computed, on
- * the wall for what waits for disks (read, spool, write, finish). Bytes: of voxels for what is done to voxels
- * (borders and coarser levels included), of encoded bricks for writing. */
-enum brick_build_stage {
-    BRICK_STAGE_READ,   /* the source */
-    BRICK_STAGE_GATHER, /* bricks with their borders */
-    BRICK_STAGE_RANGES, /* of macrocells and bricks */
-    BRICK_STAGE_COUNT,  /* statistics */
-    BRICK_STAGE_COMPRESS,
-    BRICK_STAGE_DOWNSAMPLE, /* bytes of the finer level */
-    BRICK_STAGE_SPOOL,      /* levels that wait in scratch files, written and read */
-    BRICK_STAGE_WRITE,      /* checksums and payloads */
-    BRICK_STAGE_FINISH,     /* coarser levels and tables behind level 0, sync, rename */
-    BRICK_STAGES
-};
 
 struct brick_build_cost {
     uint64_t ns, bytes;
 };
 
 struct brick_build_report {
-    uint64_t input_bytes;  /* voxels read, in bytes of the source's type */
+    uint64_t input_bytes;  /* the volume, in bytes of the source's type */
+    uint64_t source_bytes; /* of it, read: less when resuming, more in tiles */
     uint64_t output_bytes; /* the file */
     uint64_t bricks, bricks_constant;
+    uint64_t bricks_kept;   /* of them, from an interrupted conversion */
     uint64_t memory_bytes;  /* of everything, as planned */
     unsigned threads;       /* that encoded */
     bool tiled;             /* rows of bricks did not fit: level 0 was read in tiles, their borders twice */
@@ -69,8 +74,14 @@ const char *brick_build_stage_name(enum brick_build_stage stage);
  * they worked, else the one on which they spent most. */
 enum brick_build_stage brick_build_limit(const struct brick_build_report *report);
 
-/* The file's bytes depend on the source and on params' layout and codec alone: not on threads, memory or
- * plain. */
+/* The file's bytes depend on the source and on params' layout and codec alone: not on threads, memory, plain,
+ * or where it was interrupted and resumed.
+ *
+ * Until it is complete it is PATH.part, with PATH.part.journal beside it. Killed, a conversion leaves both.
+ * Failing, it removes them, unless it was to resume, or the system refused a read or a write (BRICK_ERR_IO: a
+ * full disk, say) and something can be resumed: the message says so. Resuming is refused with
+ * BRICK_ERR_ARGUMENT for a source without a state, and when source, layout or codec are not those with which
+ * it was begun. */
 int brick_build(struct brick_source *source, const char *path, const struct brick_build_params *params,
                 struct brick_build_report *report, struct brick_error *err);
 

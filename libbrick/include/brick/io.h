@@ -28,12 +28,17 @@ struct brick_io {
 int brick_io_open(struct brick_io *io, const char *path, struct brick_error *err);
 /* Create or truncate for reading and writing; locked, so that a second writer of the same path fails. */
 int brick_io_create(struct brick_io *io, const char *path, struct brick_error *err);
+/* The same, but what is in the file stays. */
+int brick_io_update(struct brick_io *io, const char *path, struct brick_error *err);
 /* A scratch file in the same folder as path, already unlinked: it is gone when closed, or when killed. */
 int brick_io_create_scratch(struct brick_io *io, const char *path, struct brick_error *err);
 /* Safe on a closed io. Does not sync. */
 void brick_io_close(struct brick_io *io);
 
 int brick_io_size(const struct brick_io *io, uint64_t *bytes, struct brick_error *err);
+/* When its bytes last changed, in ns since 1970. */
+int brick_io_changed(const struct brick_io *io, int64_t *ns, struct brick_error *err);
+int brick_io_truncate(const struct brick_io *io, uint64_t bytes, struct brick_error *err);
 /* Exactly n bytes or an error (BRICK_ERR_IO; BRICK_ERR_FORMAT when the file ends before). */
 int brick_io_read_at(const struct brick_io *io, uint64_t offset, void *dst, size_t n,
                      struct brick_error *err);

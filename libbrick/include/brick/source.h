@@ -19,9 +19,12 @@ struct brick_source {
     enum brick_type type;   /* as in the file, in host byte order once read */
     const char *provenance; /* owned by the source: one "key: value" a line, UTF-8, no paths, no times */
     uint64_t input_bytes;   /* bytes this source will read from disk, for progress; 0 if unknown */
+    /* Owned by the source: one line that differs when the voxels may: sizes and times of change of files, how
+     * they are read, seeds. Not what geometry, type and provenance say. NULL: unknown. */
+    const char *state;
 
-    /* Read slices [z, z + count) to dst (count * dims[0] * dims[1] voxels). Called with z ascending, every
-     * slice once. One caller at a time. */
+    /* Read slices [z, z + count) to dst (count * dims[0] * dims[1] voxels). Called with z ascending, no
+     * slice twice; slices may be left out. One caller at a time. */
     int (*read)(struct brick_source *source, uint64_t z, uint64_t count, void *dst, struct brick_error *err);
     /* Read voxels [lo, hi) to dst, x fastest, no padding: for volumes of which few slices fit into memory. In
      * any order, any number of times, never together with read. NULL where the source can only be read from
