@@ -18,12 +18,26 @@ struct vr_renderer {
     struct vr_residency *residency;
     struct vr_frame_store store;
     void *state[VR_METHODS]; /* NULL until a method draws for the first time */
+
+    /* The picture at hand, while `open`. */
+    bool open;
+    struct vr_scene scene;
+    struct vr_quality quality;
+    struct vr_frame frame;
+    struct vr_report drawn;
 };
 
 static const struct vr_method_row *const methods[VR_METHODS] = {
     [VR_METHOD_RAYCAST] = &vr_raycast,
     [VR_METHOD_MULTIPASS] = &vr_multipass,
 };
+
+static void close_picture(struct vr_renderer *r)
+{
+    if (r->open)
+        vr_frame_finish(&r->frame);
+    r->open = false;
+}
 
 int vr_renderer_create(struct vr_renderer **out, const struct brick_volume *volume,
                        const struct vr_renderer_params *params, struct brick_error *err)
@@ -38,8 +52,7 @@ int vr_renderer_create(struct vr_renderer **out, const struct brick_volume *volu
         (result = vr_context_create(&r->context, params->context, err)) ||
         (result = vr_context_bind(r->context, err)))
         goto fail;
-    result = vr_residency_create(&r->residency, r->context, volume, params->gpu_cache_bytes,
-                                 params->host_cache_bytes, r->pool, err);
+    result = vr_residency_create(&r->residency, r->context, volume, params, r->pool, err);
     vr_context_unbind(r->context);
     if (result)
         goto fail;
@@ -63,6 +76,7 @@ void vr_renderer_destroy(struct vr_renderer **renderer)
         vr_residency_destroy(&r->residency);
         vr_context_unbind(r->context);
     }
+    close_picture(r);
     vr_context_destroy(&r->context);
     brick_pool_destroy(&r->pool);
     for (int m = 0; m < VR_METHODS; m++)
@@ -72,14 +86,15 @@ void vr_renderer_destroy(struct vr_renderer **renderer)
 }
 
 static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene,
-                       const struct vr_quality *quality, const struct brick_image *image,
-                       struct brick_error *err)
+                       const struct vr_quality *quality, struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(r->volume);
     if ((unsigned)quality->method >= VR_METHODS)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "method %d does not exist", (int)quality->method);
     if ((unsigned)quality->setup > VR_SETUP_GEOMETRY)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "ray set-up %d does not exist", (int)quality->setup);
+    if (!methods[quality->method]->filters && vr_residency_atlas(r->residency)->filter == VR_FILTER_FAST)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method does not draw with the fast filter");
     if ((unsigned)scene->mode > BRICK_MODE_MIP)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "mode %d does not exist", (int)scene->mode);
     if (scene->mode != BRICK_MODE_ISO && !scene->transfer)
@@ -94,9 +109,6 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
                           "this method draws no %s; raycast, multipass and the exact method do",
                           scene->clip_count && !methods[quality->method]->clips ? "clip planes" : "meshes");
-    if (scene->width != image->width || scene->height != image->height || !image->rgba)
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "the image has %u x %u pixels, the scene %u x %u",
-                          image->width, image->height, scene->width, scene->height);
     if (quality->distances && (scene->mode != BRICK_MODE_ISO || scene->mesh_count))
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "distances are of isosurfaces, without meshes");
     if (!(quality->step_vox > 0.0) || !isfinite(quality->step_vox))
@@ -108,29 +120,39 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     return vr_scene_check_parts(scene, err);
 }
 
-static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, const struct vr_quality *quality,
-                        struct brick_image *image, struct vr_report *report, struct brick_error *err)
+int vr_render_begin(struct vr_renderer *r, const struct vr_scene *scene, const struct vr_quality *quality,
+                    struct brick_error *err)
 {
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
-    struct vr_residency_counters counters;
-    struct vr_report drawn = {0};
-    const struct vr_method_row *method = methods[quality->method];
-    struct vr_frame frame = {
-        .context = r->context, .store = &r->store, .volume = r->volume, .residency = r->residency};
-    uint64_t start_ns = brick_now_ns();
-    void **state = &r->state[quality->method];
-    if (!*state && !(*state = calloc(1, method->state_bytes)))
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a method's state");
-    int result = vr_frame_init(&frame, scene, quality, err);
-    if (!result)
-        result = vr_residency_begin(r->residency, &query, &scene->camera, err);
-    if (!result)
-        result = method->draw(*state, &frame, image, &drawn, err);
-    vr_frame_finish(&frame);
-    if (result || !report)
+    const uint64_t start_ns = brick_now_ns();
+    int result = check_scene(r, scene, quality, err);
+    if (result)
         return result;
+    close_picture(r);
+    void **state = &r->state[quality->method];
+    if (!*state && !(*state = calloc(1, methods[quality->method]->state_bytes)))
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a method's state");
+    if ((result = vr_context_bind(r->context, err)))
+        return result;
+    r->scene = *scene;
+    r->quality = *quality;
+    r->frame = (struct vr_frame){
+        .context = r->context, .store = &r->store, .volume = r->volume, .residency = r->residency};
+    r->drawn = (struct vr_report){0};
+    r->open = true;
+    if ((result = vr_frame_init(&r->frame, &r->scene, &r->quality, err)) ||
+        (result = vr_residency_begin(r->residency, &query, &scene->camera, err)))
+        close_picture(r);
+    vr_context_unbind(r->context);
+    r->drawn.seconds_frame = 1e-9 * (double)(brick_now_ns() - start_ns);
+    return result;
+}
+
+static void count(struct vr_renderer *r, double seconds)
+{
+    struct vr_report *report = &r->drawn;
+    struct vr_residency_counters counters;
     vr_residency_count(r->residency, &counters);
-    *report = drawn;
     report->bricks_total = counters.bricks_total;
     report->bricks_active = counters.bricks_active;
     report->bricks_loaded = counters.bricks_loaded;
@@ -139,18 +161,46 @@ static int render_bound(struct vr_renderer *r, const struct vr_scene *scene, con
     report->host_cache_peak_bytes = counters.host_cache_peak_bytes;
     report->gpu_cache_bytes = counters.cache_bytes;
     report->gpu_cache_peak_bytes = counters.cache_peak_bytes;
-    report->seconds_frame = 1e-9 * (double)(brick_now_ns() - start_ns);
+    report->seconds_frame += seconds;
     snprintf(report->gl_renderer, sizeof report->gl_renderer, "%s", r->context->renderer);
-    return BRICK_OK;
+}
+
+int vr_render_continue(struct vr_renderer *r, const struct vr_budget *budget, struct brick_image *image,
+                       bool *final, struct vr_report *report, struct brick_error *err)
+{
+    const uint64_t start_ns = brick_now_ns();
+    struct vr_frame *frame = &r->frame;
+    int result;
+    if (!r->open)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "no picture has been begun, or it is final");
+    if (r->scene.width != image->width || r->scene.height != image->height || !image->rgba)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "the image has %u x %u pixels, the scene %u x %u",
+                          image->width, image->height, r->scene.width, r->scene.height);
+    if ((result = vr_context_bind(r->context, err)))
+        return result;
+    frame->final = true;
+    frame->deadline_ns = frame->upload_bytes = UINT64_MAX;
+    if (budget && budget->seconds > 0.0)
+        frame->deadline_ns = start_ns + (uint64_t)(1e9 * fmin(budget->seconds, 1e9));
+    if (budget && budget->upload_bytes)
+        frame->upload_bytes = budget->upload_bytes;
+    result = methods[r->quality.method]->draw(r->state[r->quality.method], frame, image, &r->drawn, err);
+    vr_context_unbind(r->context);
+    frame->begun = true;
+    *final = frame->final;
+    if (result || frame->final)
+        close_picture(r);
+    if (!result)
+        count(r, 1e-9 * (double)(brick_now_ns() - start_ns));
+    if (!result && report)
+        *report = r->drawn;
+    return result;
 }
 
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err)
 {
-    int result = check_scene(renderer, scene, quality, image, err);
-    if (result || (result = vr_context_bind(renderer->context, err)))
-        return result;
-    result = render_bound(renderer, scene, quality, image, report, err);
-    vr_context_unbind(renderer->context);
-    return result;
+    bool final;
+    int result = vr_render_begin(renderer, scene, quality, err);
+    return result ? result : vr_render_continue(renderer, NULL, image, &final, report, err);
 }

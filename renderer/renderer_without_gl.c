@@ -24,3 +24,18 @@ int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const 
     (void)renderer, (void)scene, (void)quality, (void)image, (void)report;
     return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this build has no OpenGL");
 }
+
+int vr_render_begin(struct vr_renderer *renderer, const struct vr_scene *scene,
+                    const struct vr_quality *quality, struct brick_error *err)
+{
+    (void)renderer, (void)scene, (void)quality;
+    return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this build has no OpenGL");
+}
+
+int vr_render_continue(struct vr_renderer *renderer, const struct vr_budget *budget,
+                       struct brick_image *image, bool *final, struct vr_report *report,
+                       struct brick_error *err)
+{
+    (void)renderer, (void)budget, (void)image, (void) final, (void)report;
+    return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this build has no OpenGL");
+}

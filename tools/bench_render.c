@@ -22,7 +22,7 @@ struct request {
     struct vr_scene scene;
     struct vr_quality quality;
     struct vr_renderer_params renderer;
-    int context;
+    int context, filter;
     bool has_iso, json;
 };
 
@@ -34,6 +34,7 @@ struct result {
 
 static const char *const row_names[ROWS] = {"dvr", "shaded", "iso", "mip", "isotrace"};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
+static const char *const filters[] = {"exact", "fast", NULL};
 
 /* One frame, by whichever of the two is not NULL. */
 static int frame_of(struct vr_renderer *renderer, struct vr_isotracer *tracer, const struct vr_scene *scene,
@@ -165,6 +166,8 @@ int bench_render(int argc, char **argv)
          .help = "bytes of decoded bricks in memory"},
         {"context", .value = "KIND", .parse = tool_parse_choice, .target = &r.context,
          .limits = {.choices = contexts}, .help = "auto (default), egl or osmesa"},
+        {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &r.filter,
+         .limits = {.choices = filters}, .help = "exact (default) or fast"},
         TOOL_OPTION_THREADS(&r.renderer.threads),
         TOOL_OPTION_JSON(&r.json),
     };
@@ -182,6 +185,7 @@ int bench_render(int argc, char **argv)
     if (code >= 0)
         return code;
     r.renderer.context = (enum vr_context_kind)r.context;
+    r.renderer.filter = (enum vr_filter)r.filter;
 
     struct result results[ROWS] = {0};
     struct brick_volume *volume = NULL;

@@ -22,7 +22,7 @@ static const char *const offsets[] = {"none", "interleaved", NULL};
 static const char *const refines[] = {"bisection", "cubic", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
-static const char *const filters[] = {"exact", NULL};
+static const char *const filters[] = {"exact", "fast", NULL};
 
 /* -1, or the exit code of a usage error. */
 static int check_isotrace(const struct tool_request *request)
@@ -89,6 +89,8 @@ static int check_request(const struct tool_request *request)
     } else if (request->has_field) {
         return tool_misuse("render", "--field goes with --method exact");
     }
+    if (request->method >= VR_METHODS && (request->filter == VR_FILTER_FAST || request->budget.seconds > 0.0))
+        return tool_misuse("render", "--filter fast and --budget go with methods on the GPU");
     return check_isotrace(request);
 }
 
@@ -165,11 +167,12 @@ static void add_counts(cJSON *json, const struct vr_report *report)
     cJSON_AddNumberToObject(json, "samples", (double)report->samples);
 }
 
-static int print_json(const struct vr_report *reports, size_t count, double seconds)
+static int print_json(const struct vr_report *reports, size_t count, bool final, double seconds)
 {
     const struct vr_report sum = sum_reports(reports, count);
     cJSON *json = cJSON_CreateObject();
     cJSON_AddNumberToObject(json, "seconds_total", seconds);
+    cJSON_AddBoolToObject(json, "final", final);
     add_counts(json, &sum);
     cJSON_AddNumberToObject(json, "bricks_total", (double)sum.bricks_total);
     cJSON_AddNumberToObject(json, "bricks_active", (double)sum.bricks_active);
@@ -189,13 +192,13 @@ static int print_json(const struct vr_report *reports, size_t count, double seco
 }
 
 static void print_summary(const struct tool_request *request, const struct vr_report *reports, size_t count,
-                          double seconds)
+                          bool final, double seconds)
 {
     const struct vr_report sum = sum_reports(reports, count);
-    fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s\n",
+    fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s%s\n",
             request->outputs.item[0], modes[request->mode], (unsigned long long)sum.bricks_active,
-            (unsigned long long)sum.bricks_total, sum.seconds_frame, seconds, sum.gl_renderer[0] ? ", " : "",
-            sum.gl_renderer);
+            (unsigned long long)sum.bricks_total, sum.seconds_frame, seconds, final ? "" : ", not final",
+            sum.gl_renderer[0] ? ", " : "", sum.gl_renderer);
 }
 
 static int render(const struct tool_request *request, const char *path)
@@ -205,6 +208,7 @@ static int render(const struct tool_request *request, const char *path)
     struct vr_report *reports = NULL;
     struct brick_error err = {0};
     uint64_t start_ns = brick_now_ns();
+    bool final = true;
 
     int code = 0;
     for (size_t i = 0; i < request->outputs.count && !code; i++)
@@ -218,15 +222,15 @@ static int render(const struct tool_request *request, const char *path)
     if (!code && !(reports = calloc(cameras.count, sizeof *reports)))
         code = brick_fail(&err, BRICK_ERR_MEMORY, "no memory for %zu frames", cameras.count);
     if (!code)
-        code = tool_render_frames(request, volume, &cameras, reports, &err);
+        code = tool_render_frames(request, volume, &cameras, reports, &final, &err);
     double seconds = 1e-9 * (double)(brick_now_ns() - start_ns);
     if (code) {
         code = tool_fail("render", &err);
     } else {
         if (!request->quiet)
-            print_summary(request, reports, cameras.count, seconds);
+            print_summary(request, reports, cameras.count, final, seconds);
         if (request->json)
-            code = print_json(reports, cameras.count, seconds);
+            code = print_json(reports, cameras.count, final, seconds);
     }
     free(reports);
     tool_cameras_finish(&cameras);
@@ -246,7 +250,7 @@ int cmd_render(int argc, char **argv)
         .mesh_rgb = {0.25, 0.5, 0.8},
     };
     uint32_t size[2] = {512, 512};
-    int filter = 0, first = 0;
+    int first = 0;
 
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "IMG", .parse = tool_parse_list, .target = &r.outputs,
@@ -326,8 +330,12 @@ int cmd_render(int argc, char **argv)
          .help = "iso: what finds the hit between two samples: bisection\n(default), or cubic, exact in the "
                  "cell"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
-        {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &filter,
-         .limits = {.choices = filters}, .help = "exact: trilinear in float32 by eight fetches"},
+        {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &r.filter,
+         .limits = {.choices = filters},
+         .help = "exact (default): trilinear in float32 by eight fetches, or\nfast: by the texture unit, "
+                 "fractions of 2^-12"},
+        {"budget", .value = "SECONDS", .parse = tool_parse_positive, .target = &r.budget.seconds,
+         .help = "write what is there after so long; coarser bricks stand in\nfor what is missing"},
         {"ambient", .value = "K", .parse = tool_parse_real, .target = &r.scene.ambient,
          .limits = {.min = 0, .max = 1e6}, .help = "shading (default 0.2)"},
         {"diffuse", .value = "K", .parse = tool_parse_real, .target = &r.scene.diffuse,
@@ -376,5 +384,6 @@ int cmd_render(int argc, char **argv)
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
     r.renderer.context = (enum vr_context_kind)r.context;
+    r.renderer.filter = (enum vr_filter)r.filter;
     return render(&r, argv[first]);
 }

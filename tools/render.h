@@ -18,22 +18,24 @@ struct tool_request {
     uint32_t turntable;
     struct vr_scene scene;
     struct vr_quality quality;
+    struct vr_budget budget;
     struct vr_renderer_params renderer;
     struct fmt_image_params image;
     struct tool_list clip, mesh;
     double clip_box[3][2], mesh_rgb[3];
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, setup, offset, refine, context, field;
+    int mode, method, setup, offset, refine, context, field, filter;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
     bool has_opacity, has_clip_box, has_pass_steps, has_setup, has_refine, no_skip, json, quiet;
 };
 
-/* A picture for every camera, written to every output; reports: one each. */
+/* A picture for every camera, written to every output; reports: one each. *final: no frame's budget was used
+ * up before its end. */
 int tool_render_frames(const struct tool_request *request, const struct brick_volume *volume,
-                       const struct tool_cameras *cameras, struct vr_report *reports,
+                       const struct tool_cameras *cameras, struct vr_report *reports, bool *final,
                        struct brick_error *err);
 
 #endif

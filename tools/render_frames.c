@@ -58,6 +58,7 @@ struct studio {
     struct brick_mesh meshes[TOOL_LIST_MAX];
     struct vr_mesh drawn[TOOL_LIST_MAX];
     struct brick_image image;
+    bool final; /* no frame's budget was used up before its end */
 };
 
 static int load_meshes(struct studio *studio, struct brick_error *err)
@@ -78,10 +79,15 @@ static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_
                       struct brick_error *err)
 {
     const struct tool_request *request = studio->request;
+    bool final = true;
     char path[4096];
     int code;
     if (studio->renderer) {
-        code = vr_render(studio->renderer, &studio->scene, &request->quality, &studio->image, report, err);
+        code = vr_render_begin(studio->renderer, &studio->scene, &request->quality, err);
+        if (!code)
+            code =
+                vr_render_continue(studio->renderer, &request->budget, &studio->image, &final, report, err);
+        studio->final &= final;
     } else if (studio->tracer) {
         code = trace_surfaces(request, studio->tracer, &studio->scene, &studio->image, report, err);
     } else {
@@ -103,9 +109,10 @@ static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_
 }
 
 int tool_render_frames(const struct tool_request *request, const struct brick_volume *volume,
-                       const struct tool_cameras *cameras, struct vr_report *reports, struct brick_error *err)
+                       const struct tool_cameras *cameras, struct vr_report *reports, bool *final,
+                       struct brick_error *err)
 {
-    struct studio studio = {.request = request, .volume = volume, .scene = request->scene};
+    struct studio studio = {.request = request, .volume = volume, .scene = request->scene, .final = true};
     struct brick_transfer *transfer = NULL;
     bool film = request->path || request->has_turntable;
 
@@ -127,6 +134,7 @@ int tool_render_frames(const struct tool_request *request, const struct brick_vo
         studio.scene.camera = cameras->item[i];
         code = make_frame(&studio, film, i, &reports[i], err);
     }
+    *final = studio.final;
     vr_renderer_destroy(&studio.renderer);
     vr_isotracer_destroy(&studio.tracer);
     brick_image_finish(&studio.image);

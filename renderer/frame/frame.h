@@ -40,19 +40,25 @@ struct vr_frame {
     struct brick_view view;
     double step_mm;
     struct vr_transfer_table table; /* of one search step and nothing else for iso */
+
+    /* A picture may be drawn in several calls; a method that always draws all of it need not look here. */
+    bool begun;            /* this is not the first call: go on with what the method's state holds */
+    bool final;            /* the method: false where it returns before the end. True when it is called */
+    uint64_t deadline_ns;  /* of the call, by brick_now_ns; UINT64_MAX: none */
+    uint64_t upload_bytes; /* to the GPU cache, in this call; UINT64_MAX: any */
 };
 
 void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *context);
 
-/* All of a frame but context, store, volume and residency, which are given. BRICK_ERR_ARGUMENT and
+/* Fill in a frame from grid to table; context, store, volume and residency are given. BRICK_ERR_ARGUMENT and
  * _UNSUPPORTED where samples or voxels cannot be counted. */
 int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const struct vr_quality *quality,
                   struct brick_error *err);
 void vr_frame_finish(struct vr_frame *frame);
 
 /* What the shared shader parts need defined: MODE and its values, VOXEL_SAMPLER, SEARCH_STEPS, and where they
- * hold SKIP, INTERLEAVED, NONFINITE, CLIP_PLANES (how many) and MESHES. Returns the number of bytes written.
- */
+ * hold SKIP, INTERLEAVED, NONFINITE, FILTER_FAST, VOXEL_NORMALISED, CLIP_PLANES (how many) and MESHES.
+ * Returns the number of bytes written. */
 #define VR_FRAME_DEFINES_BYTES 512
 size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFINES_BYTES]);
 
@@ -77,6 +83,8 @@ void vr_frame_set_rays(const struct vr_frame *frame, const struct vr_uniforms *u
 /* shaders/field.glsl, and page table, macrocell bits and atlas in their units. An upload to the atlas undoes
  * the last: vr_atlas_use again after it. */
 void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *u);
+/* For programs with STAND_IN defined: what coarser levels are to the scene's. */
+void vr_frame_set_stand_ins(const struct vr_frame *frame, const struct vr_uniforms *u);
 /* shaders/shading.glsl */
 void vr_frame_set_shading(const struct vr_frame *frame, const struct vr_uniforms *u);
 /* shaders/transfer.glsl, and its arrays in their units; not for iso. */

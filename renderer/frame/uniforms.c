@@ -93,10 +93,12 @@ void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *
     }
     vr_set_ivec3(u, "level_last", last);
     vr_set_ivec3(u, "level_bricks", bricks);
+    u->gl->Uniform2f(at(u, "atlas_texel"), 1.0f / (float)atlas->size[0], 1.0f / (float)atlas->size[1]);
+    vr_set_float(u, "voxel_scale", atlas->voxels.scale);
+    vr_set_float(u, "voxel_offset", atlas->voxels.offset);
+    vr_set_float(u, "voxel_grains", atlas->voxels.grains);
     vr_set_ivec3(u, "slots", atlas->slots);
     vr_set_ivec3(u, "slot_size", atlas->slot_size);
-    u->gl->Uniform2f(at(u, "atlas_texel"), 1.0f / (float)(atlas->slots[0] * atlas->slot_size[0]),
-                     1.0f / (float)(atlas->slots[1] * atlas->slot_size[1]));
     vr_set_ivec3(u, "slot_cells", macrocells->cells);
     vr_set_int(u, "plane_words", macrocells->plane_words);
     vr_set_int(u, "brick_shift", log2_of(frame->grid->edge));
@@ -109,6 +111,15 @@ void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *
     vr_buffer_use(vr_residency_pages(frame->residency), frame->context, VR_UNIT_PAGES);
     vr_buffer_use(&macrocells->buffer, frame->context, VR_UNIT_MACROCELLS);
     vr_atlas_use(atlas, frame->context, VR_UNIT_ATLAS);
+}
+
+void vr_frame_set_stand_ins(const struct vr_frame *frame, const struct vr_uniforms *u)
+{
+    GLint halvings[BRICK_MAX_LEVELS][3] = {{0}};
+    for (uint32_t l = frame->scene->level; l < frame->grid->levels; l++)
+        for (int a = 0; a < 3; a++)
+            halvings[l][a] = log2_of((uint32_t)(frame->grid->level[l].scale[a] / frame->level->scale[a]));
+    u->gl->Uniform3iv(at(u, "level_halvings"), BRICK_MAX_LEVELS, halvings[0]);
 }
 
 /* Gradient in the level's index space to world: the inverse of (affine's linear part x level scale),

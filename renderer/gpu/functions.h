@@ -20,6 +20,7 @@
     X(PFNGLCLEARBUFFERSUBDATAPROC, ClearBufferSubData)                                                       \
     X(PFNGLCLEARBUFFERUIVPROC, ClearBufferuiv)                                                               \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
+    X(PFNGLCOPYIMAGESUBDATAPROC, CopyImageSubData)                                                           \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
     X(PFNGLCREATESHADERPROC, CreateShader)                                                                   \
     X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                                                 \

@@ -66,6 +66,16 @@ void vr_target_finish(struct vr_target *target, struct vr_context *context)
     *target = (struct vr_target){0};
 }
 
+void vr_target_copy(const struct vr_target *target, struct vr_context *context, const struct vr_target *from,
+                    int width, int height)
+{
+    const struct vr_gl *gl = &context->gl;
+    gl->CopyImageSubData(from->words, GL_TEXTURE_2D, 0, 0, 0, 0, target->words, GL_TEXTURE_2D, 0, 0, 0, 0,
+                         width, height, 1);
+    gl->CopyImageSubData(from->numbers, GL_TEXTURE_2D, 0, 0, 0, 0, target->numbers, GL_TEXTURE_2D, 0, 0, 0, 0,
+                         width, height, 1);
+}
+
 void vr_target_use(const struct vr_target *target, struct vr_context *context, GLuint words_unit,
                    GLuint numbers_unit)
 {

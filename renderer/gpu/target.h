@@ -27,6 +27,10 @@ int vr_target_init(struct vr_target *target, struct vr_context *context, int wid
                    struct brick_error *err);
 void vr_target_finish(struct vr_target *target, struct vr_context *context);
 
+/* Words and numbers of [0,width) x [0,height) from another of at least that size. */
+void vr_target_copy(const struct vr_target *target, struct vr_context *context, const struct vr_target *from,
+                    int width, int height);
+
 /* Make words and numbers the images of two units. */
 void vr_target_use(const struct vr_target *target, struct vr_context *context, GLuint words_unit,
                    GLuint numbers_unit);

@@ -8,10 +8,21 @@
 #include "frame.h"
 #include "target.h"
 
-/* Kept from picture to picture. One of zeros is empty. */
+/* Rays between passes, and what they ask for. */
+struct vr_march_rays {
+    struct vr_target target;
+    struct vr_feedback feedback;
+};
+
+/* Kept from picture to picture, and from call to call of one. One of zeros is empty. */
 struct vr_march {
-    struct vr_feedback feedback; /* what rays ask for */
-    struct vr_bounds bounds;     /* where they begin and end */
+    struct vr_march_rays rays;
+    struct vr_march_rays look; /* the same rays marched on past missing bricks, for a look before the end */
+    struct vr_bounds bounds;   /* where rays begin and end */
+    uint64_t look_ns;          /* that the last one took */
+    int part;                  /* of the picture, in work */
+    bool resume;               /* it has seen a pass */
+    int ahead;                 /* bricks that a waiting ray may ask for beyond the one it needs */
 };
 
 /* The shader parts that a marching program begins with, of shaders.h. */
@@ -31,9 +42,13 @@ struct vr_march_pass {
     enum vr_target_depth depth;
 };
 #define VR_MARCH_MAX_PASSES 2
+/* Takes a ray as far as a pass may: the raycaster's. */
+extern const struct vr_march_pass vr_march_far;
 
-/* Draw the frame in rounds of passes[0..count). Counts passes and samples in report. */
-int vr_march_draw(struct vr_march *march, const struct vr_frame *frame, const struct vr_march_pass *passes,
+/* Draw the frame in rounds of passes[0..count). Counts passes and samples in report. When the frame's budget
+ * is used up, the picture is as far as it goes by what is in the GPU cache: rays are marched on by
+ * vr_march_far with STAND_IN defined, in a copy of their state. */
+int vr_march_draw(struct vr_march *march, struct vr_frame *frame, const struct vr_march_pass *passes,
                   size_t count, struct brick_image *image, struct vr_report *report, struct brick_error *err);
 void vr_march_finish(struct vr_march *march, struct vr_context *context);
 

@@ -12,7 +12,8 @@ struct vr_method_row {
     int (*draw)(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
                 struct brick_error *err);
     void (*finish)(void *state, struct vr_context *context); /* the context is bound */
-    bool clips, meshes; /* are clip planes, are meshes drawn? The renderer refuses what is not */
+    /* What it draws; the renderer refuses the rest: from an atlas for VR_FILTER_FAST, clip planes, meshes. */
+    bool filters, clips, meshes;
 };
 
 extern const struct vr_method_row vr_raycast, vr_multipass;

@@ -58,14 +58,15 @@ void vr_macrocells_set(struct vr_macrocells *m, uint32_t slot, const struct bric
             }
 }
 
-void vr_macrocells_classify(struct vr_macrocells *m, uint32_t slot, const struct brick_grid *grid,
-                            const struct brick_active_query *query, bool whole)
+uint64_t vr_macrocells_classify(struct vr_macrocells *m, uint32_t slot, const struct brick_grid *grid,
+                                const struct brick_active_query *query, bool whole)
 {
     const uint32_t cells[3] = {(uint32_t)m->cells[0], (uint32_t)m->cells[1], (uint32_t)m->cells[2]};
     uint32_t *active = m->words + (size_t)slot * 2 * (size_t)m->plane_words;
     memset(active, 0, 2 * (size_t)m->plane_words * sizeof *active);
-    brick_active_macrocells(grid, query, whole, BRICK_F32, m->ranges + slot * cell_count(m) * 2, cells,
-                            (uint32_t[]){cells[0], cells[0] * cells[1]}, active, active + m->plane_words);
+    return brick_active_macrocells(grid, query, whole, BRICK_F32, m->ranges + slot * cell_count(m) * 2, cells,
+                                   (uint32_t[]){cells[0], cells[0] * cells[1]}, active,
+                                   active + m->plane_words);
 }
 
 int vr_macrocells_upload(struct vr_macrocells *m, struct vr_context *context, struct brick_error *err)

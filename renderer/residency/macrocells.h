@@ -26,9 +26,10 @@ void vr_macrocells_finish(struct vr_macrocells *m, struct vr_context *context);
 /* Take over a brick's ranges as they stand in its payload behind the voxels. */
 void vr_macrocells_set(struct vr_macrocells *m, uint32_t slot, const struct brick_grid *grid,
                        const struct brick_place *place, const void *ranges);
-/* Find a slot's bits for a picture (brick_active_macrocells). Safe for different slots at once. */
-void vr_macrocells_classify(struct vr_macrocells *m, uint32_t slot, const struct brick_grid *grid,
-                            const struct brick_active_query *query, bool whole);
+/* Find a slot's bits for a picture, and how many are active (brick_active_macrocells). Safe for different
+ * slots at once. */
+uint64_t vr_macrocells_classify(struct vr_macrocells *m, uint32_t slot, const struct brick_grid *grid,
+                                const struct brick_active_query *query, bool whole);
 /* Upload the bits of all slots; of some, whose numbers are sorted. The context is bound. */
 int vr_macrocells_upload(struct vr_macrocells *m, struct vr_context *context, struct brick_error *err);
 void vr_macrocells_update(struct vr_macrocells *m, struct vr_context *context, uint32_t *slots, size_t count);

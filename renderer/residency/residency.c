@@ -1,106 +1,29 @@
-/* The slot map and its upkeep.
- *
- * Invariants: slot s holds brick slots[s].id or NO_BRICK; slot_of[b] names the slot of brick b of the table's
- * level, or NO_SLOT, and the two agree; page[b] is what the GPU's table holds, or will at the end of the
- * call, unless `stale`. A brick that did not get into the texture, because of an error, is not in the map.
- *
- * Which brick comes and goes when: depths of bricks ascend along every ray (depth.h). Hence no ray will need
- * a brick that is nearer than the nearest brick that some ray waits for; and that one is needed now for the
- * last time. So bricks come nearest first, whether a ray waits for them or only asks ahead: a front that
- * sweeps the volume once, and few bricks come twice. (With bricks that are waited for before all others,
- * translucent volumes take a third more uploads: docs/performance.md.) Bricks behind the front go first,
- * least recently used ones before others; after them the farthest, which are needed last. */
-#include "residency.h"
+/* The slot map and its tables, from picture to picture. */
+#include "resident.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include <brick/cache.h>
 #include <brick/checked.h>
 
-#include "depth.h"
 #include "page_table.h"
-#include "upload.h"
-#include "wants.h"
-
-#define NO_BRICK UINT64_MAX
-#define NO_SLOT  UINT32_MAX
-#define NO_LEVEL UINT32_MAX
-
-struct slot {
-    uint64_t id;
-    uint64_t used;       /* number of the last pass that wanted it */
-    uint64_t classified; /* the classification its macrocell bits are of; 0: none */
-};
-
-/* What macrocell bits depend on, kept to see whether it changed. */
-struct classification {
-    uint64_t number;
-    enum brick_mode mode;
-    double isovalue;
-    struct brick_transfer_knot *knots;
-    size_t count;
-};
-
-enum worth { WORTH_NOTHING, WORTH_PAST, WORTH_FUTURE };
-
-struct victim {
-    enum worth worth;
-    uint64_t used;
-    double distance; /* WORTH_FUTURE */
-    uint32_t slot;
-};
-
-struct vr_residency {
-    struct vr_context *context;
-    const struct brick_volume *volume;
-    struct brick_pool *pool;
-    struct brick_cache *cache;
-    struct brick_loader *loader;
-    struct vr_atlas atlas;
-    struct vr_upload upload;
-    struct vr_macrocells macrocells;
-    struct vr_buffer pages;
-    struct slot *slots;
-    uint64_t used_slots, peak_slots, pass;
-    struct classification classification;
-
-    uint32_t level; /* of the arrays below */
-    uint64_t bricks;
-    uint32_t *slot_of, *page;
-    uint8_t *state;
-    bool stale; /* the GPU does not have what the arrays say */
-
-    /* The picture at hand. */
-    struct brick_active_query query; /* only while bricks are classified */
-    struct vr_depth depth;
-    uint64_t active, loaded;
-    struct brick_cache_counters before;
-
-    uint32_t *order; /* NULL until asked for */
-
-    /* Of one pass; room for one a slot (changed_pages: two) but for wants, which grow. */
-    struct vr_wants wants;
-    struct victim *victims;
-    uint64_t *ids;
-    uint32_t *changed_pages, *changed_slots;
-    size_t changed_page_count, changed_slot_count;
-};
 
 int vr_residency_create(struct vr_residency **out, struct vr_context *context,
-                        const struct brick_volume *volume, uint64_t gpu_bytes, uint64_t host_bytes,
+                        const struct brick_volume *volume, const struct vr_renderer_params *params,
                         struct brick_pool *pool, struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
+    /* No standard says what a sampler makes of NaN times 0. */
+    const enum vr_filter filter = brick_volume_stats(volume)->nonfinite ? VR_FILTER_EXACT : params->filter;
     int result;
     struct vr_residency *r = calloc(1, sizeof *r);
     *out = NULL;
     if (!r)
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the renderer");
     *r = (struct vr_residency){.context = context, .volume = volume, .pool = pool, .level = NO_LEVEL};
-    if ((result = brick_cache_create(&r->cache, volume, host_bytes, err)) ||
+    if ((result = brick_cache_create(&r->cache, volume, params->host_cache_bytes, err)) ||
         (result = brick_loader_create(&r->loader, r->cache, brick_pool_threads(pool), 0, err)) ||
-        (result = vr_atlas_init(&r->atlas, context, grid, gpu_bytes, err)) ||
+        (result = vr_atlas_init(&r->atlas, context, grid, filter, params->gpu_cache_bytes, err)) ||
         (result = vr_upload_init(&r->upload, context, &r->atlas, err)) ||
         (result = vr_macrocells_init(&r->macrocells, grid, r->atlas.count, err)))
         goto fail;
@@ -141,7 +64,8 @@ void vr_residency_destroy(struct vr_residency **residency)
     free(r->changed_slots);
     vr_wants_finish(&r->wants);
     free(r->order);
-    free(r->classification.knots);
+    vr_classification_finish(&r->classification);
+    vr_stand_ins_finish(&r->stand_ins);
     free(r->slot_of);
     free(r->page);
     free(r->state);
@@ -182,46 +106,14 @@ static int set_level(struct vr_residency *r, uint32_t level, struct brick_error 
     return BRICK_OK;
 }
 
-static bool same_classification(const struct classification *c, const struct brick_active_query *q)
+void vr_resident_classify(struct vr_residency *r, uint32_t s)
 {
-    size_t count = q->transfer && q->mode != BRICK_MODE_ISO ? q->transfer->count : 0;
-    return c->number && c->mode == q->mode && (q->mode != BRICK_MODE_ISO || c->isovalue == q->isovalue) &&
-           c->count == count && (!count || !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots));
-}
-
-static int set_classification(struct vr_residency *r, const struct brick_active_query *q,
-                              struct brick_error *err)
-{
-    struct classification *c = &r->classification;
-    size_t count = q->transfer && q->mode != BRICK_MODE_ISO ? q->transfer->count : 0;
-    if (same_classification(c, q))
-        return BRICK_OK;
-    struct brick_transfer_knot *knots = count ? malloc(count * sizeof *knots) : NULL;
-    if (count && !knots)
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a transfer function of %zu knots", count);
-    if (count)
-        memcpy(knots, q->transfer->knots, count * sizeof *knots);
-    free(c->knots);
-    *c = (struct classification){c->number + 1, q->mode, q->isovalue, knots, count};
-    return BRICK_OK;
-}
-
-/* The brick's number in the table's level; `bricks` or more: of another one. */
-static uint64_t brick_in(const struct vr_residency *r, uint32_t slot)
-{
-    return r->slots[slot].id - brick_volume_grid(r->volume)->level[r->level].first_brick;
-}
-
-static bool needed_by_picture(const struct vr_residency *r, uint32_t slot)
-{
-    return r->slots[slot].id != NO_BRICK && brick_in(r, slot) < r->bricks &&
-           r->state[brick_in(r, slot)] >= BRICK_STATE_ACTIVE;
-}
-
-static void classify(struct vr_residency *r, uint32_t s)
-{
-    vr_macrocells_classify(&r->macrocells, s, brick_volume_grid(r->volume), &r->query,
-                           r->state[brick_in(r, s)] == BRICK_STATE_WHOLE);
+    const struct brick_grid *grid = brick_volume_grid(r->volume);
+    struct brick_place place;
+    brick_grid_place(grid, r->slots[s].id, &place);
+    uint64_t active = vr_macrocells_classify(&r->macrocells, s, grid, &r->query,
+                                             r->state[brick_in(r, s)] == BRICK_STATE_WHOLE);
+    r->slots[s].whole = active >= (uint64_t)place.macrocells[0] * place.macrocells[1] * place.macrocells[2];
     r->slots[s].classified = r->classification.number;
 }
 
@@ -230,20 +122,39 @@ static int classify_job(void *context, uint64_t item, unsigned worker, struct br
     struct vr_residency *r = context;
     (void)worker, (void)err;
     if (needed_by_picture(r, (uint32_t)item) && r->slots[item].classified != r->classification.number)
-        classify(r, (uint32_t)item);
+        vr_resident_classify(r, (uint32_t)item);
     return BRICK_OK;
 }
 
-static void set_page(struct vr_residency *r, uint64_t b)
+void vr_resident_set_page(struct vr_residency *r, uint64_t b)
 {
-    uint32_t at[3] = {0, 0, 0};
-    enum vr_page_state state = r->state[b] == BRICK_STATE_ABOVE ? VR_PAGE_ABOVE : VR_PAGE_EMPTY;
+    const struct brick_grid *grid = brick_volume_grid(r->volume);
+    uint32_t at[3] = {0, 0, 0}, slot = r->slot_of[b], level = r->level;
+    enum vr_page_state state = VR_PAGE_INACTIVE;
+    at[0] = r->state[b] == BRICK_STATE_ABOVE;
     if (r->state[b] >= BRICK_STATE_ACTIVE) {
-        state = r->slot_of[b] == NO_SLOT ? VR_PAGE_MISSING : VR_PAGE_RESIDENT;
-        if (state == VR_PAGE_RESIDENT)
-            vr_atlas_slot_place(&r->atlas, r->slot_of[b], at);
+        state = slot == NO_SLOT ? VR_PAGE_MISSING : r->slots[slot].whole ? VR_PAGE_WHOLE : VR_PAGE_RESIDENT;
+        if (slot != NO_SLOT || vr_stand_ins_find(&r->stand_ins, grid, r->level, b, &slot, &level))
+            vr_atlas_slot_place(&r->atlas, slot, at);
     }
-    r->page[b] = vr_page(state, r->level, at);
+    r->page[b] = vr_page(state, level, at);
+}
+
+int vr_resident_write_pages(struct vr_residency *r, struct brick_error *err)
+{
+    for (uint64_t b = 0; b < r->bricks; b++)
+        vr_resident_set_page(r, b);
+    return vr_buffer_write(&r->pages, r->context, GL_R32UI, r->page, r->bricks * sizeof *r->page,
+                           "page table", err);
+}
+
+void vr_resident_release(struct vr_residency *r)
+{
+    if (!r->stand_ins.slot_of)
+        return;
+    vr_stand_ins_finish(&r->stand_ins);
+    for (uint32_t s = 0; s < r->atlas.count; s++)
+        r->slots[s].kept = false;
 }
 
 int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *query,
@@ -253,7 +164,8 @@ int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *
     uint32_t level = r->level;
     int result;
 
-    if ((result = set_level(r, query->level, err)) || (result = set_classification(r, query, err)))
+    if ((result = set_level(r, query->level, err)) ||
+        (result = vr_classification_set(&r->classification, query, err)))
         return result;
     r->query = *query;
     vr_depth_init(&r->depth, brick_volume_grid(r->volume), query->level, camera);
@@ -262,208 +174,15 @@ int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *
     if (!r->stale && level == r->level && classification == r->classification.number)
         return BRICK_OK;
     r->stale = true;
+    vr_resident_release(r);
     r->active = brick_active_set(r->volume, query, r->state);
     if ((result = brick_pool_run(r->pool, r->atlas.count, classify_job, r, err)))
         return result;
-    for (uint64_t b = 0; b < r->bricks; b++)
-        set_page(r, b);
-    if ((result = vr_buffer_write(&r->pages, r->context, GL_R32UI, r->page, r->bricks * sizeof *r->page,
-                                  "page table", err)) ||
+    if ((result = vr_resident_write_pages(r, err)) ||
         (result = vr_macrocells_upload(&r->macrocells, r->context, err)))
         return result;
     r->stale = false;
     return BRICK_OK;
-}
-
-static double distance_of(const struct vr_residency *r, uint64_t b, bool far_first)
-{
-    double depth = vr_depth_of(&r->depth, b);
-    return far_first ? -depth : depth;
-}
-
-static int better_victim(const void *a, const void *b)
-{
-    const struct victim *p = a, *q = b;
-    if (p->worth != q->worth)
-        return p->worth < q->worth ? -1 : 1;
-    if (p->worth == WORTH_FUTURE && p->distance != q->distance)
-        return p->distance > q->distance ? -1 : 1;
-    if (p->used != q->used)
-        return p->used < q->used ? -1 : 1;
-    return (p->slot > q->slot) - (p->slot < q->slot);
-}
-
-/* Slots that this pass does not want, those that go first in front. front: distance of the first brick that
- * this pass wants; distances are depths, or for a sweep towards the eye their negatives. */
-static void find_victims(struct vr_residency *r, double front, bool far_first)
-{
-    size_t n = 0;
-    for (uint32_t s = 0; s < r->atlas.count; s++) {
-        if (r->slots[s].used == r->pass)
-            continue;
-        struct victim v = {WORTH_PAST, r->slots[s].used, 0.0, s};
-        if (r->slots[s].id == NO_BRICK) {
-            v.worth = WORTH_NOTHING;
-        } else if (needed_by_picture(r, s)) {
-            v.distance = distance_of(r, brick_in(r, s), far_first);
-            v.worth = v.distance < front ? WORTH_PAST : WORTH_FUTURE;
-        }
-        r->victims[n++] = v;
-    }
-    qsort(r->victims, n, sizeof *r->victims, better_victim);
-}
-
-static void evict(struct vr_residency *r, uint32_t s)
-{
-    if (r->slots[s].id == NO_BRICK)
-        return;
-    uint64_t b = brick_in(r, s);
-    r->slots[s].id = NO_BRICK;
-    r->used_slots--;
-    if (b < r->bricks) {
-        r->slot_of[b] = NO_SLOT;
-        set_page(r, b);
-        r->changed_pages[r->changed_page_count++] = (uint32_t)b;
-    }
-}
-
-static int enter(struct vr_residency *r, uint32_t s, uint64_t id, const uint8_t *payload,
-                 struct brick_error *err)
-{
-    const struct brick_grid *grid = brick_volume_grid(r->volume);
-    uint64_t b = id - grid->level[r->level].first_brick;
-    struct brick_place place;
-    brick_grid_place(grid, id, &place);
-    size_t bytes = brick_place_voxel_bytes(grid, &place);
-    int result = vr_upload_add(&r->upload, r->context, &r->atlas, s, place.stored, payload, bytes, err);
-    if (result)
-        return result;
-    vr_macrocells_set(&r->macrocells, s, grid, &place, payload + bytes);
-    r->slots[s] = (struct slot){.id = id, .used = r->pass};
-    r->slot_of[b] = s;
-    if (++r->used_slots > r->peak_slots)
-        r->peak_slots = r->used_slots;
-    classify(r, s);
-    set_page(r, b);
-    r->changed_pages[r->changed_page_count++] = (uint32_t)b;
-    r->changed_slots[r->changed_slot_count++] = s;
-    return BRICK_OK;
-}
-
-/* The bricks ids[0..n), into the slots of the first n victims in the order in which they come. */
-static int load(struct vr_residency *r, size_t n, struct brick_error *err)
-{
-    struct brick_taken taken = {.what = BRICK_TAKE_LATER};
-    size_t entered = 0;
-    for (size_t i = 0; i < n; i++)
-        evict(r, r->victims[i].slot);
-    int result = brick_loader_want(r->loader, r->ids, n, err);
-    while (!result && entered < n) {
-        result = brick_loader_take(r->loader, UINT64_MAX, &taken, err);
-        if (result || taken.what != BRICK_TAKE_BRICK)
-            break;
-        result = enter(r, r->victims[entered].slot, taken.id, taken.data, err);
-        entered += !result;
-        brick_cache_unpin(r->cache, taken.id);
-    }
-    if (!result)
-        result = vr_upload_flush(&r->upload, r->context, &r->atlas, err);
-    if (result) {
-        brick_loader_want(r->loader, NULL, 0, NULL);
-        vr_upload_flush(&r->upload, r->context, &r->atlas, NULL);
-        r->changed_page_count = 0;
-        for (size_t i = 0; i < entered; i++)
-            evict(r, r->victims[i].slot);
-        r->stale = true;
-        return result;
-    }
-    r->loaded += entered;
-    vr_buffer_update(&r->pages, r->context, r->page, sizeof *r->page, r->changed_pages,
-                     r->changed_page_count);
-    vr_macrocells_update(&r->macrocells, r->context, r->changed_slots, r->changed_slot_count);
-    return vr_context_check(r->context, "brick upload", err);
-}
-
-/* Of the wants that a slot can hold: those that are missing, to the list's start. Returns their number. */
-static size_t find_missing(struct vr_residency *r, size_t count)
-{
-    size_t missing = 0;
-    r->pass++;
-    r->changed_page_count = r->changed_slot_count = 0;
-    for (size_t i = 0; i < count && i < r->atlas.count; i++) {
-        uint32_t s = r->slot_of[r->wants.item[i].brick];
-        if (s == NO_SLOT)
-            r->wants.item[missing++] = r->wants.item[i];
-        else
-            r->slots[s].used = r->pass;
-    }
-    return missing;
-}
-
-int vr_residency_bring(struct vr_residency *r, const struct vr_feedback *feedback, uint64_t *wanted,
-                       struct brick_error *err)
-{
-    uint64_t first = brick_volume_grid(r->volume)->level[r->level].first_brick;
-    size_t count = 0, n = 0;
-    int result = vr_wants_gather(&r->wants, feedback, &r->depth, &count, err);
-    *wanted = count;
-    if (result)
-        return result;
-    const double front = count ? r->wants.item[0].distance : 0.0;
-    const size_t missing = find_missing(r, count);
-    if (!missing)
-        return BRICK_OK;
-    find_victims(r, front, false);
-    for (size_t i = 0; i < missing; i++) {
-        const struct vr_want *w = &r->wants.item[i];
-        const struct victim *v = &r->victims[n];
-        /* What comes next does not push out what is nearer. */
-        if (w->needed || v->worth != WORTH_FUTURE || v->distance > w->distance)
-            r->ids[n++] = first + w->brick;
-    }
-    return load(r, n, err);
-}
-
-int vr_residency_order(struct vr_residency *r, bool far_first, const uint32_t **bricks, size_t *count,
-                       struct brick_error *err)
-{
-    size_t n = 0;
-    int result = vr_wants_reserve(&r->wants, r->active, err);
-    uint32_t *order = realloc(r->order, (r->active ? r->active : 1) * sizeof *order);
-    if (order)
-        r->order = order;
-    else if (!result)
-        result = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of %llu bricks",
-                            (unsigned long long)r->active);
-    if (result)
-        return result;
-    for (uint64_t b = 0; b < r->bricks; b++)
-        if (r->state[b] >= BRICK_STATE_ACTIVE)
-            r->wants.item[n++] = (struct vr_want){distance_of(r, b, far_first), (uint32_t)b, true};
-    vr_wants_sort(&r->wants, n);
-    for (size_t i = 0; i < n; i++)
-        order[i] = r->wants.item[i].brick;
-    *bricks = order;
-    *count = n;
-    return BRICK_OK;
-}
-
-int vr_residency_hold(struct vr_residency *r, const uint32_t *bricks, size_t n, bool far_first,
-                      struct brick_error *err)
-{
-    uint64_t first = brick_volume_grid(r->volume)->level[r->level].first_brick;
-    int result = vr_wants_reserve(&r->wants, n, err);
-    if (result || !n)
-        return result;
-    for (size_t i = 0; i < n; i++)
-        r->wants.item[i] = (struct vr_want){0.0, bricks[i], true};
-    const size_t missing = find_missing(r, n);
-    if (!missing)
-        return BRICK_OK;
-    find_victims(r, distance_of(r, bricks[0], far_first), far_first);
-    for (size_t i = 0; i < missing; i++)
-        r->ids[i] = first + r->wants.item[i].brick;
-    return load(r, missing, err);
 }
 
 uint32_t vr_residency_slot(const struct vr_residency *r, uint32_t brick)
@@ -481,7 +200,7 @@ void vr_residency_count(const struct vr_residency *r, struct vr_residency_counte
         .bricks_loaded = r->loaded,
         .bricks_read = now.loads - r->before.loads,
         .bytes_read = now.bytes_read - r->before.bytes_read,
-        .cache_bytes = r->atlas.count * r->atlas.slot_bytes,
+        .cache_bytes = r->atlas.bytes,
         .cache_peak_bytes = r->peak_slots * r->atlas.slot_bytes,
         .host_cache_peak_bytes = now.peak_bytes,
     };

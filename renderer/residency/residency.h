@@ -26,18 +26,29 @@ struct vr_residency_counters {
 
 /* The context is bound in all of these; context, volume and pool outlive the residency. */
 int vr_residency_create(struct vr_residency **residency, struct vr_context *context,
-                        const struct brick_volume *volume, uint64_t gpu_bytes, uint64_t host_bytes,
+                        const struct brick_volume *volume, const struct vr_renderer_params *params,
                         struct brick_pool *pool, struct brick_error *err);
 void vr_residency_destroy(struct vr_residency **residency);
 
 /* Begin a picture: page table and macrocell bits say what of its active bricks is resident. Reads nothing. */
 int vr_residency_begin(struct vr_residency *residency, const struct brick_active_query *query,
                        const struct brick_camera *camera, struct brick_error *err);
+/* How much may be brought at once. */
+struct vr_residency_limit {
+    uint64_t bricks;      /* 1 at least */
+    uint64_t deadline_ns; /* of brick_now_ns; the brick that comes first is brought even so */
+};
+
 /* After a pass: bring what its rays want, the nearest first, as far as there are slots. *wanted: how many
  * distinct bricks were asked for. If a ray waits for a brick, then of those that are waited for the nearest
- * is resident afterwards. Errors of reading bricks as they are; the residency is then as usable as before. */
-int vr_residency_bring(struct vr_residency *residency, const struct vr_feedback *feedback, uint64_t *wanted,
-                       struct brick_error *err);
+ * is resident afterwards, or, with a deadline, after as many calls as it takes. Errors of reading bricks as
+ * they are; the residency is then as usable as before. */
+int vr_residency_bring(struct vr_residency *residency, const struct vr_feedback *feedback,
+                       const struct vr_residency_limit *limit, uint64_t *wanted, struct brick_error *err);
+/* From here to the next vr_residency_hold, or the next picture of another level or classification, pages of
+ * missing bricks name coarser ones that stand in for them, where a share of the slots has room for such; they
+ * are read now, if need be. */
+int vr_residency_stand_in(struct vr_residency *residency, struct brick_error *err);
 
 /* For methods that draw bricks one after the other, in batches: the picture's active bricks in the order in
  * which rays meet them, or the other way round. *bricks, of *count, is the residency's, and stands until the

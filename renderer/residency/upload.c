@@ -34,8 +34,7 @@ void vr_upload_finish(struct vr_upload *u, struct vr_context *context)
 }
 
 int vr_upload_add(struct vr_upload *u, struct vr_context *context, const struct vr_atlas *atlas,
-                  uint32_t slot, const uint32_t stored[3], const void *voxels, size_t bytes,
-                  struct brick_error *err)
+                  uint32_t slot, const uint32_t stored[3], const void *voxels, struct brick_error *err)
 {
     const struct vr_gl *gl = &context->gl;
     int result;
@@ -51,12 +50,13 @@ int vr_upload_add(struct vr_upload *u, struct vr_context *context, const struct 
             return brick_fail(err, BRICK_ERR_MEMORY, "OpenGL (%s) has no pixel buffer of %zu bytes",
                               context->renderer, u->room);
     }
-    memcpy(u->map + u->used, voxels, bytes);
+    const size_t count = (size_t)stored[0] * stored[1] * stored[2];
+    vr_atlas_convert(atlas, voxels, count, u->map + u->used);
     u->pending[u->count].slot = slot;
     u->pending[u->count].at = u->used;
     memcpy(u->pending[u->count].stored, stored, sizeof u->pending->stored);
     u->count++;
-    u->used += (bytes + 15) & ~(size_t)15;
+    u->used += (count * atlas->voxels.bytes + 15) & ~(size_t)15;
     return BRICK_OK;
 }
 

@@ -21,11 +21,10 @@ int vr_upload_init(struct vr_upload *upload, struct vr_context *context, const s
                    struct brick_error *err);
 void vr_upload_finish(struct vr_upload *upload, struct vr_context *context);
 
-/* Copy a brick's voxels, stored[a] on axis a, bytes in all; they are in the atlas after the next flush, or
+/* Copy a brick's voxels, stored[a] on axis a; they are in the atlas after the next flush, or
  * before. */
 int vr_upload_add(struct vr_upload *upload, struct vr_context *context, const struct vr_atlas *atlas,
-                  uint32_t slot, const uint32_t stored[3], const void *voxels, size_t bytes,
-                  struct brick_error *err);
+                  uint32_t slot, const uint32_t stored[3], const void *voxels, struct brick_error *err);
 int vr_upload_flush(struct vr_upload *upload, struct vr_context *context, const struct vr_atlas *atlas,
                     struct brick_error *err);
 

@@ -1,11 +1,11 @@
-/* The trilinear field out of bricks: page table, atlas, and exact fetches. All values are stored values (times the sign of
- * the slope, so that they ascend with the physical ones).
+/* The trilinear field out of bricks: page table, atlas, and what lies between voxels. All values are stored values (times
+ * the sign of the slope, so that they ascend with the physical ones).
  *
  * Page, one word a brick of the level (residency/page_table.h): bits 30-31 state, 24-29 level, 16-23, 8-15, 0-7 the
  * slot's z, y, x in the atlas. */
-#define STATE_EMPTY    0u
-#define STATE_ABOVE    1u
-#define STATE_RESIDENT 2u
+#define STATE_INACTIVE 0u
+#define STATE_RESIDENT 1u
+#define STATE_WHOLE    2u
 #define STATE_MISSING  3u
 
 uniform usamplerBuffer pages;
@@ -20,6 +20,11 @@ uniform ivec3 slot_cells;   /* macrocells a slot has room for on each axis */
 uniform int plane_words;    /* words of one plane of a slot */
 uniform int brick_shift, macro_shift, border;
 uniform float value_sign;
+uniform vec2 atlas_texel; /* 1 / the atlas's size */
+#ifdef VOXEL_NORMALISED
+uniform float voxel_scale, voxel_offset; /* stored value = texel * scale - offset */
+uniform float voxel_grains;              /* a unit of the stored value */
+#endif
 
 /* What a sample's surroundings are. */
 struct Block {
@@ -27,9 +32,28 @@ struct Block {
     bool missing; /* they would be, but the brick is not in the atlas */
     bool above;   /* iso, inactive: on which side */
     int brick;    /* its place in the page table */
-    int shift;    /* edge of the inactive block, log2 */
+    int shift;    /* edge of the block, log2 */
     ivec3 offset; /* active: atlas texel = voxel + offset */
+#ifdef STAND_IN
+    ivec3 halvings; /* from the level to the brick's own, of which offset counts voxels */
+#endif
 };
+
+#ifdef STAND_IN
+/* For a look before the end: nothing is waited for. Where a brick is missing a coarser one stands in, or nothing. */
+uniform ivec3 level_halvings[STAND_IN];
+
+void locate_stand_in(inout Block block, uint page, ivec3 slot, ivec3 voxel)
+{
+    block.halvings = ivec3(0);
+    if (!block.missing)
+        return;
+    block.missing = false;
+    block.halvings = level_halvings[page >> 24 & 63u];
+    block.live = block.halvings != ivec3(0);
+    block.offset = slot * slot_size + border - ((voxel >> brick_shift >> block.halvings) << brick_shift);
+}
+#endif
 
 /* The voxel whose brick supplies a cell. */
 ivec3 owner(ivec3 cell)
@@ -50,13 +74,14 @@ Block locate(ivec3 voxel)
     uint page = texelFetch(pages, block.brick).r;
     ivec3 slot = ivec3(page & 255u, page >> 8 & 255u, page >> 16 & 255u);
     ivec3 start = (voxel >> brick_shift) << brick_shift;
-    block.live = page >> 30 == STATE_RESIDENT;
-    block.missing = page >> 30 == STATE_MISSING;
-    block.above = page >> 30 == STATE_ABOVE;
+    uint state = page >> 30;
+    block.live = state == STATE_RESIDENT || state == STATE_WHOLE;
+    block.missing = state == STATE_MISSING;
+    block.above = (page & 1u) != 0u;
     block.shift = brick_shift;
     block.offset = slot * slot_size + border - start;
 #ifdef SKIP
-    if (block.live) {
+    if (state == STATE_RESIDENT) {
         ivec3 cell = (voxel - start) >> macro_shift;
         int bit = (cell.z * slot_cells.y + cell.y) * slot_cells.x + cell.x;
         int word = ((slot.z * slots.y + slot.y) * slots.x + slot.x) * 2 * plane_words + (bit >> 5);
@@ -68,20 +93,87 @@ Block locate(ivec3 voxel)
         block.shift = macro_shift;
     }
 #endif
+#ifdef STAND_IN
+    locate_stand_in(block, page, slot, voxel);
+#endif
     return block;
 }
 
+float voxel(ivec3 texel)
+{
+#ifdef VOXEL_NORMALISED
+    return floor(texelFetch(atlas, texel, 0).r * voxel_scale + 0.5) - voxel_offset;
+#else
+    return float(texelFetch(atlas, texel, 0).r);
+#endif
+}
+
+#ifdef FILTER_FAST
+/* The sampler interpolates in layers. Its bits depend on voxels and fraction only, wherever the slot is: the edges of layers
+ * are powers of two and the fraction has 12 bits, so the coordinate is exact and the sampler finds that fraction in it
+ * again. The fraction stays below 1: no voxel beyond the cell is read. */
+struct Cell {
+    ivec3 texel;
+};
+
+Cell cell_fetch(ivec3 t)
+{
+    return Cell(t);
+}
+
+/* As the atlas holds it. */
+float cell_filter(Cell c, vec3 t)
+{
+    vec3 fraction = min(floor(t * 4096.0 + 0.5), 4095.0) / 4096.0;
+    vec2 at = (vec2(c.texel.xy) + (fraction.xy + 0.5)) * atlas_texel;
+    float low = textureLod(atlas, vec3(at, float(c.texel.z)), 0.0).r;
+    float high = textureLod(atlas, vec3(at, float(c.texel.z + 1)), 0.0).r;
+    precise float v = low + fraction.z * (high - low);
+    return v;
+}
+
+bool cell_valid(Cell c)
+{
+    return true; /* volumes with voxels that are not finite are not filtered */
+}
+
+/* Integers normalised to [0,1] lose what they lie above zero by. Taken to the nearest grain, which is more than twice as
+ * large as the rounding error, a value stays between its corners, and so culling by ranges stays right. */
+float cell_value(Cell c, vec3 t)
+{
+    float v = cell_filter(c, t);
+#ifdef VOXEL_NORMALISED
+    v = floor(v * (voxel_scale * voxel_grains) + 0.5) / voxel_grains - voxel_offset;
+#endif
+    return v * value_sign;
+}
+
+void cell_range(Cell c, out float low, out float high)
+{
+    low = voxel(c.texel);
+    high = low;
+    for (int i = 1; i < 8; i++) {
+        float v = voxel(c.texel + (ivec3(i, i >> 1, i >> 2) & 1));
+        low = min(low, v);
+        high = max(high, v);
+    }
+}
+
+#if MODE == MODE_SHADED || MODE == MODE_ISO
+/* Central differences of the filtered field at +-1 voxel, in the level's index space but for a positive factor. */
+vec3 cell_gradient(Cell c, ivec3 t, vec3 f)
+{
+    const ivec3 x = ivec3(1, 0, 0), y = ivec3(0, 1, 0), z = ivec3(0, 0, 1);
+    return vec3(cell_filter(Cell(t + x), f) - cell_filter(Cell(t - x), f),
+                cell_filter(Cell(t + y), f) - cell_filter(Cell(t - y), f),
+                cell_filter(Cell(t + z), f) - cell_filter(Cell(t - z), f));
+}
+#endif
+#else
 /* Corners of a cell: x fastest, z = 0 in low, z = 1 in high. */
 struct Cell {
     vec4 low, high;
 };
-
-float voxel(ivec3 texel)
-{
-    return float(texelFetch(atlas, texel, 0).r);
-}
-
-uniform vec2 atlas_texel; /* 1 / the atlas's size */
 
 /* The four texels from t on of one layer, in the order of a Cell. A gather takes them as they are, in one go: no filter is
  * involved, and the point that four texels share is half a texel from where the choice of four would change. */
@@ -127,6 +219,14 @@ float cell_value(Cell c, vec3 t)
     return z * value_sign;
 }
 
+/* The least and the greatest of the corners' stored values. */
+void cell_range(Cell c, out float low, out float high)
+{
+    vec4 low4 = min(c.low, c.high), high4 = max(c.low, c.high);
+    low = min(min(low4.x, low4.y), min(low4.z, low4.w));
+    high = max(max(high4.x, high4.y), max(high4.z, high4.w));
+}
+
 #if MODE == MODE_SHADED || MODE == MODE_ISO
 /* f(p + e) - f(p - e) along one axis: rows of four voxels at the corners of the other two axes. */
 float central(vec4 v0, vec4 v1, vec4 v2, vec4 v3, float t, vec2 other)
@@ -154,4 +254,5 @@ vec3 cell_gradient(Cell c, ivec3 t, vec3 f)
 #endif
     return 0.5 * g;
 }
+#endif
 #endif

@@ -79,8 +79,12 @@ void march(inout March m, Ray ray, uint left)
             m.fetched++;
             if (m.done)
                 break;
-            march_to(m, ray, 1u);
             left--;
+#ifdef STAND_IN
+            march_to(m, ray, min(samples_in(m.block), ray.count - m.k));
+#else
+            march_to(m, ray, 1u);
+#endif
         } while (m.k < ray.end && left > 0u && owner(m.at.cell) >> m.block.shift == inside);
     }
 }
@@ -160,8 +164,10 @@ void march_store(inout March m, Ray ray, ivec2 pixel)
     }
     march_suspend(m, pixel);
     mark_unfinished(pixel);
+#ifndef STAND_IN
     if (ended || m.waits)
         want(m.block.brick, WANT_NEEDED);
     if (m.waits)
         want_ahead(ray, m.k, m.at, m.block.brick);
+#endif
 }

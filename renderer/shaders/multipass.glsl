@@ -28,7 +28,7 @@ void march_back(inout March m, Ray ray, uint steps)
         do {
             int side = block.above ? SIDE_ABOVE : SIDE_BELOW;
             if (block.live) {
-                side = side_of(at, block.offset);
+                side = side_of(at, block);
                 m.fetched++;
             }
             if (sides_differ(side, behind)) {

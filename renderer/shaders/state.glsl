@@ -1,6 +1,36 @@
 /* What a ray gathers on its way, by mode: State, what a sample and a leap over an inactive block add to it, its four words
  * between passes, and the picture's colour in the end. Samples have numbers and the state between two of them is kept whole,
  * so it does not matter which method marches, nor where its passes end. */
+#ifdef STAND_IN
+/* A place of the level in the voxels of the brick that it is seen in: index0 = 2^h index + (2^h - 1) / 2. */
+Fixed3 place_in(Block block, Fixed3 at)
+{
+    const uvec3 half_voxel = uvec3(0x80000000u);
+    uvec3 carry, borrow, fraction = uaddCarry(at.fraction, half_voxel, carry);
+    ivec3 cell = at.cell + ivec3(carry);
+    uvec3 rest = uvec3(cell) & ((uvec3(1u) << block.halvings) - 1u);
+    fraction = (fraction >> block.halvings) | (rest << 1 << (31 - block.halvings));
+    fraction = usubBorrow(fraction, half_voxel, borrow);
+    return Fixed3((cell >> block.halvings) - ivec3(borrow), fraction, uvec3(0u));
+}
+
+vec3 gradient_in(Block block, vec3 gradient)
+{
+    return gradient / vec3(ivec3(1) << block.halvings);
+}
+
+/* Samples that one stands for: a coarse brick is looked at as often as it has voxels. */
+uint samples_in(Block block)
+{
+    ivec3 h = block.halvings;
+    return MODE == MODE_ISO ? 1u : 1u << min(h.x, min(h.y, h.z));
+}
+#else
+#define place_in(block, at)          (at)
+#define gradient_in(block, gradient) (gradient)
+#define samples_in(block)            1u
+#endif
+
 #if MODE == MODE_DVR || MODE == MODE_SHADED
 uniform float depth_end; /* optical depth at which a ray ends */
 
@@ -34,6 +64,7 @@ bool state_skip(inout State s, Block block)
 
 bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 {
+    at = place_in(block, at);
     ivec3 texel = at.cell + block.offset;
     vec3 f = fixed_fraction(at);
     Cell c = cell_fetch(texel);
@@ -46,9 +77,12 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
         return false;
     vec3 rgb = emission(piece, v);
 #if MODE == MODE_SHADED
-    rgb = shade(rgb, cell_gradient(c, texel, f), ray.view);
+    rgb = shade(rgb, gradient_in(block, cell_gradient(c, texel, f)), ray.view);
 #endif
     precise float x = sigma * ray_length(ray, k);
+#ifdef STAND_IN
+    x *= float(samples_in(block));
+#endif
     precise vec3 sum = s.rgb + (s.transmittance * opacity(x)) * rgb;
     s.rgb = sum;
     s.depth += x;
@@ -93,6 +127,7 @@ bool state_skip(inout State s, Block block)
 
 bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 {
+    at = place_in(block, at);
     Cell c = cell_fetch(at.cell + block.offset);
     if (!cell_valid(c))
         return false;
@@ -171,9 +206,10 @@ bool state_skip(inout State s, Block block)
     return state_side(s, block.above ? SIDE_ABOVE : SIDE_BELOW);
 }
 
-int side_of(Fixed3 at, ivec3 offset)
+int side_of(Fixed3 at, Block block)
 {
-    Cell c = cell_fetch(at.cell + offset);
+    at = place_in(block, at);
+    Cell c = cell_fetch(at.cell + block.offset);
     if (!cell_valid(c))
         return SIDE_NONE;
     return cell_value(c, fixed_fraction(at)) >= isovalue ? SIDE_ABOVE : SIDE_BELOW;
@@ -181,7 +217,7 @@ int side_of(Fixed3 at, ivec3 offset)
 
 bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 {
-    return state_side(s, side_of(at, block.offset));
+    return state_side(s, side_of(at, block));
 }
 
 /* Does the isovalue lie between the cell's corners, give or take the interpolation's rounding? */
@@ -189,12 +225,13 @@ bool straddles(Fixed3 at, Block block)
 {
     if (!block.live)
         return false;
+    at = place_in(block, at);
     Cell c = cell_fetch(at.cell + block.offset);
     if (!cell_valid(c))
         return false;
-    vec4 low4 = min(c.low * value_sign, c.high * value_sign), high4 = max(c.low * value_sign, c.high * value_sign);
-    float low = min(min(low4.x, low4.y), min(low4.z, low4.w));
-    float high = max(max(high4.x, high4.y), max(high4.z, high4.w));
+    float a, b;
+    cell_range(c, a, b);
+    float low = min(a * value_sign, b * value_sign), high = max(a * value_sign, b * value_sign);
     float slack = low == high ? 0.0 : max(abs(low), abs(high)) * 4.8e-7;
     return low - slack < isovalue && high + slack >= isovalue;
 }
@@ -222,7 +259,7 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
                 return false;
             int side = block.above ? SIDE_ABOVE : SIDE_BELOW;
             if (block.live) {
-                side = side_of(middle, block.offset);
+                side = side_of(middle, block);
                 fetched++;
             }
             if (side == SIDE_NONE)
@@ -271,8 +308,9 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
 #endif
     vec3 gradient = vec3(0.0);
     if (found) {
+        far = place_in(block, far);
         ivec3 texel = far.cell + block.offset;
-        gradient = cell_gradient(cell_fetch(texel), texel, fixed_fraction(far));
+        gradient = gradient_in(block, cell_gradient(cell_fetch(texel), texel, fixed_fraction(far)));
     }
     colour = vec4(shade(surface, gradient, ray.view), 1.0);
     return true;

@@ -67,6 +67,19 @@ class Paging(cli.Case):
         self.fails(1, "absent.json", "render", "a.brick", "-o", "b.exr", "--path", "absent.json")
         self.fails(2, "turntable", "render", "a.brick", "-o", "b.exr", "--turntable", "2", "--path", "path.json")
 
+    def test_budget(self):
+        """Time that is up before the first brick has come leaves a picture all the same; enough time, the final one."""
+        self.brick("synth", "shells", "--size", "70x60x50", "--type", "u8", "--brick", "16", "-o", "a.brick", "--quiet")
+        view = ["a.brick", "--size", "40x40"]
+        self.brick("render", *view, "-o", "all.exr", "--quiet")
+        for seconds, final in [("1e-6", False), ("1000", True)]:
+            report = self.json("render", *view, "-o", "b.exr", "-o", "b.png", "--budget", seconds, "--quiet")
+            self.assertEqual(report["final"], final)
+            self.assertEqual(self.read("b.exr") == self.read("all.exr"), final)
+            self.assertGreater(max(pixel for row in rows_of(self.read("b.png")) for pixel in row), 30)
+        self.assertTrue(self.json("render", *view, "-o", "b.exr", "--quiet")["final"])
+        self.fails(2, "budget", "render", *view, "-o", "b.exr", "--method", "exact", "--budget", "1")
+
     def centroid(self, rows):
         total = across = down = 0.0
         for r, row in enumerate(rows):

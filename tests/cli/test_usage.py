@@ -54,7 +54,7 @@ class Usage(cli.Case):
         for options in [["--size", "0x8"], ["--size", "8"], ["--step", "0"], ["--step", "-1"], ["--camera", "1"],
                         ["--fov", "180"], ["--ortho", "0"], ["--background", "2,0,0"], ["--mode", "xray"],
                         ["--iso", "1,,2"], ["--iso", "1,"], ["--iso", ",".join("1" * 17)], ["--iso-opacity", "1.5"],
-                        ["--light", "1,2"], ["--context", "glx"], ["--method", "fast"], ["--filter", "fast"]]:
+                        ["--light", "1,2"], ["--context", "glx"], ["--method", "fast"], ["--filter", "cubic"]]:
             with self.subTest(options=options):
                 self.fails(2, options[0], "render", "a.brick", "-o", "a.png", *options)
         for region in ["0:1,0:1", "1:1,0:1,0:1", "2:1,0:1,0:1", "0:1,0:1,0:1,0:1", "0-1,0-1,0-1", "-1:1,0:1,0:1"]:

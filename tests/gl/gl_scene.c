@@ -9,18 +9,30 @@
 
 #include <cmocka.h>
 
-struct vr_renderer *try_renderer(const struct brick_volume *volume, enum vr_context_kind kind)
+struct vr_renderer *renderer_of(const struct brick_volume *volume, const struct vr_renderer_params *params)
 {
     struct brick_error err = {0};
     struct vr_renderer *renderer = NULL;
-    struct vr_renderer_params params = vr_renderer_defaults;
-    params.context = kind;
-    int result = vr_renderer_create(&renderer, volume, &params, &err);
+    int result = vr_renderer_create(&renderer, volume, params, &err);
     if (result == BRICK_ERR_UNSUPPORTED)
         print_message("%s\n", err.message);
     else if (result)
         fail_msg("%s", err.message);
     return renderer;
+}
+
+struct vr_renderer *try_renderer(const struct brick_volume *volume, enum vr_context_kind kind)
+{
+    struct vr_renderer_params params = vr_renderer_defaults;
+    params.context = kind;
+    return renderer_of(volume, &params);
+}
+
+uint64_t slots_bytes(const struct brick_volume *volume, uint64_t bricks)
+{
+    const struct brick_grid *grid = brick_volume_grid(volume);
+    uint64_t stored = grid->edge + 2 * grid->border;
+    return bricks * stored * stored * stored * brick_type_bytes(grid->type);
 }
 
 struct brick_volume *volume_of(struct memory_source *source, uint32_t edge)

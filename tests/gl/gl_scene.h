@@ -7,7 +7,11 @@
 #include "memory_source.h"
 
 /* NULL (and a line that says why) when this machine has no such context. */
+struct vr_renderer *renderer_of(const struct brick_volume *volume, const struct vr_renderer_params *params);
 struct vr_renderer *try_renderer(const struct brick_volume *volume, enum vr_context_kind kind);
+
+/* A GPU cache of so many bricks as they are stored. */
+uint64_t slots_bytes(const struct brick_volume *volume, uint64_t bricks);
 
 /* Default parameters but for the brick's edge. */
 struct brick_volume *volume_of(struct memory_source *source, uint32_t edge);

@@ -43,19 +43,14 @@ struct caches {
 
 static struct vr_renderer *renderer_with(const struct brick_volume *volume, const struct caches *caches)
 {
-    const struct brick_grid *grid = brick_volume_grid(volume);
     struct vr_renderer_params params = vr_renderer_defaults;
-    struct vr_renderer *renderer = NULL;
-    struct brick_error err = {0};
-    uint64_t stored = grid->edge + 2 * grid->border;
     if (caches->gpu_bricks)
-        params.gpu_cache_bytes = caches->gpu_bricks * stored * stored * stored * brick_type_bytes(grid->type);
+        params.gpu_cache_bytes = slots_bytes(volume, caches->gpu_bricks);
     if (caches->host_bricks)
-        params.host_cache_bytes = caches->host_bricks * brick_grid_max_payload_bytes(grid);
+        params.host_cache_bytes =
+            caches->host_bricks * brick_grid_max_payload_bytes(brick_volume_grid(volume));
     params.threads = caches->threads;
-    if (vr_renderer_create(&renderer, volume, &params, &err) && err.code != BRICK_ERR_UNSUPPORTED)
-        fail_msg("%s", err.message);
-    return renderer;
+    return renderer_of(volume, &params);
 }
 
 static void camera_of(int view, const struct brick_grid *grid, struct brick_camera *camera)

@@ -50,16 +50,35 @@ static void test_arrange(void **state)
     assert_int_equal(slots[0] * slots[1] * slots[2], 56 * 56 * 56);
 }
 
+static void test_arrange_powers(void **state)
+{
+    (void)state;
+    static const int slot[3] = {36, 20, 68}, limit[3] = {2048, 2048, 30};
+    int size[2], slots[3];
+    for (uint64_t want = 1; want < 3000; want += 37)
+        for (uint64_t most = 3; most < 4000; most += 173) {
+            const uint64_t texels = most * 36 * 20 * 68;
+            assert_true(vr_atlas_arrange_powers(want, texels, slot, limit, size, slots));
+            const uint64_t n = (uint64_t)slots[0] * (uint64_t)slots[1] * (uint64_t)slots[2];
+            assert_true((uint64_t)size[0] * (uint64_t)size[1] * (uint64_t)(slots[2] * slot[2]) <= texels);
+            for (int a = 0; a < 2; a++)
+                assert_true(slots[a] * slot[a] <= size[a] && size[a] <= 2048 && !(size[a] & (size[a] - 1)));
+            assert_in_range(slots[2], 1, limit[2]);
+            /* 7 x 51 of 256 x 1024 texels, times the depth, are within a twentieth of all. */
+            assert_true(n >= want || n * 2 >= most || most < 8);
+            assert_true(n >= want || n * 20 >= most * 17 || most < 1000);
+        }
+    assert_false(vr_atlas_arrange_powers(1, 64 * 32 * 68 - 1, slot, limit, size, slots));
+    assert_true(vr_atlas_arrange_powers(1, 64 * 32 * 68, slot, limit, size, slots));
+    assert_false(vr_atlas_arrange_powers(1, UINT64_C(1) << 40, slot, (int[]){32, 64, 4}, size, slots));
+}
+
 static struct vr_renderer *renderer_with(const struct brick_volume *volume, uint64_t bytes)
 {
-    struct vr_renderer *renderer = NULL;
     struct vr_renderer_params params = vr_renderer_defaults;
-    struct brick_error err = {0};
     params.gpu_cache_bytes = bytes;
     params.threads = 3;
-    if (vr_renderer_create(&renderer, volume, &params, &err) && err.code != BRICK_ERR_UNSUPPORTED)
-        fail_msg("%s", err.message);
-    return renderer;
+    return renderer_of(volume, &params);
 }
 
 static void test_upkeep(void **state)
@@ -181,6 +200,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_arrange),
+        cmocka_unit_test(test_arrange_powers),
         cmocka_unit_test(test_upkeep),
         cmocka_unit_test(test_bad_scenes),
     };

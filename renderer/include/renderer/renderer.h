@@ -97,8 +97,17 @@ struct vr_report {
 /* A context with a current-thread OpenGL and the GPU caches of one volume. One thread at a time. */
 struct vr_renderer;
 
+/* How values between voxels are found. Either way the picture has the same bytes for all sizes of the caches
+ * and bricks, but those of the second depend on the driver's sampler. */
+enum vr_filter {
+    VR_FILTER_EXACT, /* eight fetches, interpolated in float32 */
+    VR_FILTER_FAST   /* the texture unit's filter, at the fraction rounded to 2^-12; volumes with voxels that
+                        are   not finite are drawn as with VR_FILTER_EXACT */
+};
+
 struct vr_renderer_params {
     enum vr_context_kind context;
+    enum vr_filter filter; /* it decides how the GPU cache holds bricks, so it is the renderer's */
     uint64_t gpu_cache_bytes;
     uint64_t host_cache_bytes; /* of decoded bricks */
     unsigned threads;          /* 0: one a core */
@@ -118,6 +127,27 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * bytes for both, and for all sizes of the caches. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
+
+/* The same in steps, for who shows a picture while it is made. Begin says what, and ends any picture before
+ * it, finished or not: a camera that moves begins anew. Each call of continue then draws until the picture is
+ * final or the budget is used up, and leaves in `image` the picture as far as it goes: of what is not in the
+ * GPU cache coarser bricks stand in, which take up to an eighth of it. Every call is given the same image,
+ * untouched since the last. The final picture has the bytes of vr_render, which is begin, and continue
+ * without a budget.
+ *
+ * scene->transfer lives until the picture is final or another begins. report counts from begin on. After an
+ * error of continue, or a final picture, the next call is begin. Methods other than raycasting know no
+ * budget: their first picture is final. */
+struct vr_budget {
+    double seconds;        /* kept but for a pass over the rays and a look; 0: any */
+    uint64_t upload_bytes; /* of bricks into the GPU cache, one brick at least and those that stand in apart;
+                              0: any */
+};
+int vr_render_begin(struct vr_renderer *renderer, const struct vr_scene *scene,
+                    const struct vr_quality *quality, struct brick_error *err);
+int vr_render_continue(struct vr_renderer *renderer, const struct vr_budget *budget,
+                       struct brick_image *image, bool *final, struct vr_report *report,
+                       struct brick_error *err);
 
 /* What is interpolated between voxels. Other fields than the trilinear one are what some methods converge to;
  * gradients are the trilinear field's in all of them. */

@@ -50,5 +50,9 @@ static void finish(void *state, struct vr_context *context)
     vr_march_finish(state, context);
 }
 
-const struct vr_method_row vr_multipass = {
-    .clips = true, .meshes = true, .state_bytes = sizeof(struct vr_march), .draw = draw, .finish = finish};
+const struct vr_method_row vr_multipass = {.state_bytes = sizeof(struct vr_march),
+                                           .draw = draw,
+                                           .finish = finish,
+                                           .filters = true,
+                                           .clips = true,
+                                           .meshes = true};

@@ -1,0 +1,33 @@
+/* Two queries classify alike when mode, isovalue and transfer function are the same, whatever the level. */
+#include "classification.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static bool same(const struct vr_classification *c, const struct brick_active_query *q, size_t count)
+{
+    return c->number && c->mode == q->mode && (q->mode != BRICK_MODE_ISO || c->isovalue == q->isovalue) &&
+           c->count == count && (!count || !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots));
+}
+
+int vr_classification_set(struct vr_classification *c, const struct brick_active_query *q,
+                          struct brick_error *err)
+{
+    const size_t count = q->transfer && q->mode != BRICK_MODE_ISO ? q->transfer->count : 0;
+    if (same(c, q, count))
+        return BRICK_OK;
+    struct brick_transfer_knot *knots = count ? malloc(count * sizeof *knots) : NULL;
+    if (count && !knots)
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a transfer function of %zu knots", count);
+    if (count)
+        memcpy(knots, q->transfer->knots, count * sizeof *knots);
+    free(c->knots);
+    *c = (struct vr_classification){c->number + 1, q->mode, q->isovalue, knots, count};
+    return BRICK_OK;
+}
+
+void vr_classification_finish(struct vr_classification *c)
+{
+    free(c->knots);
+    *c = (struct vr_classification){0};
+}
