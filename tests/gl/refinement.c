@@ -100,8 +100,8 @@ static void test_hits(void **state)
         render(renderer, &scene, &quality, &image, &report);
         for (uint32_t i = 0; i < EDGE * EDGE; i++)
             for (int c = 0; c < 4 && impact(&view, i) <= 0.9; c++)
-                if (!(fabs((double)image.rgba[4 * i + (uint32_t)c] - (double)exact.rgba[4 * i + (uint32_t)c]) <=
-                      2e-3))
+                if (!(fabs((double)image.rgba[4 * i + (uint32_t)c] -
+                           (double)exact.rgba[4 * i + (uint32_t)c]) <= 2e-3))
                     fail_msg("step %g, way %d: pixel %u has another colour", steps[s], way, i);
         brick_image_finish(&image);
     }
