@@ -88,9 +88,7 @@ class Lines : public std::streambuf
     {
         const char *s = line_.c_str() + std::strspn(line_.c_str(), " \t");
         size_t word = std::strcspn(s, " \t\r\n"), numbers = 0;
-        if (std::strncmp(s, "v", word) != 0 && std::strncmp(s, "vn", word) != 0)
-            return true;
-        if (word == 0)
+        if (word == 0 || (std::strncmp(s, "v", word) != 0 && std::strncmp(s, "vn", word) != 0))
             return true;
         for (s += word;;) {
             s += std::strspn(s, " \t\r\n");
@@ -98,7 +96,8 @@ class Lines : public std::streambuf
                 break;
             char *end;
             double v = std::strtod(s, &end);
-            if (end == s || !std::strchr(" \t\r\n", *end) || !std::isfinite(v))
+            bool decimal = std::strcspn(s, "xX") >= static_cast<size_t>(end - s);
+            if (end == s || !std::strchr(" \t\r\n", *end) || !std::isfinite(v) || !decimal)
                 return fail("not finite numbers");
             s = end;
             numbers++;

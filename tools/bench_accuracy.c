@@ -59,6 +59,8 @@ static void list_variants(struct bench *b)
     add(b, "raycast", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true);
     add(b, "raycast, termination 1e-2", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-2;
     add(b, "raycast, termination 1e-4", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-4;
+    add(b, "raycast, pre-integrated", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true)->classification =
+        VR_CLASSIFY_PREINTEGRATED;
 }
 
 static int draw_exact(struct bench *b, struct brick_error *err)
@@ -118,10 +120,14 @@ static int list_rows(struct bench *b, struct brick_error *err)
     b->seconds = calloc(b->variant_count * steps->count, sizeof *b->seconds);
     if (!b->rows || !b->seconds)
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the results");
-    for (size_t v = 0; v < b->variant_count; v++)
-        for (uint32_t s = 0; s < (b->variants[v].steps ? steps->count : 1); s++)
-            b->rows[b->row_count++] =
-                (struct bench_accuracy_row){.variant = &b->variants[v], .step = steps->value[s]};
+    for (size_t v = 0; v < b->variant_count; v++) {
+        const struct bench_variant *variant = &b->variants[v];
+        const double longest = variant->quality.classification == VR_CLASSIFY_PREINTEGRATED ? 1.0 : INFINITY;
+        for (uint32_t s = 0; s < (variant->steps ? steps->count : 1); s++)
+            if (steps->value[s] <= longest)
+                b->rows[b->row_count++] =
+                    (struct bench_accuracy_row){.variant = variant, .step = steps->value[s]};
+    }
     return 0;
 }
 

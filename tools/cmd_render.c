@@ -14,7 +14,8 @@
 #include "options.h"
 #include "render.h"
 
-/* Mode, method, set-up, offset, refinement, field and context are in the order of their enums. */
+/* Mode, method, set-up, offset, refinement, field, classification and context are in the order of their
+ * enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
 static const char *const methods[] = {"raycast", "multipass", "isotrace", "exact", NULL};
 static const char *const setups[] = {"box", "geometry", NULL};
@@ -22,6 +23,7 @@ static const char *const offsets[] = {"none", "interleaved", NULL};
 static const char *const refines[] = {"bisection", "cubic", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
+static const char *const classifications[] = {"post", "pre", "preintegrated", NULL};
 static const char *const filters[] = {"exact", "fast", NULL};
 
 /* -1, or the exit code of a usage error. */
@@ -44,6 +46,21 @@ static int check_isotrace(const struct tool_request *request)
         return tool_misuse("render", "--method isotrace draws no --clip, --clip-box or --mesh");
     if (request->has_cache || request->has_context)
         return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
+    return -1;
+}
+
+/* -1, or the exit code of a usage error. */
+static int check_classification(const struct tool_request *request)
+{
+    if (request->has_classification && request->method >= VR_METHODS)
+        return tool_misuse("render", "--classification goes with the methods on the GPU");
+    if (request->classification == VR_CLASSIFY_PRE)
+        return tool_misuse(
+            "render", "--classification pre: no method here classifies voxels; preintegrated and post do "
+                      "values");
+    if (request->classification == VR_CLASSIFY_PREINTEGRATED && request->mode != BRICK_MODE_DVR &&
+        request->mode != BRICK_MODE_SHADED)
+        return tool_misuse("render", "--classification preintegrated goes with --mode dvr or shaded");
     return -1;
 }
 
@@ -73,6 +90,8 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--path goes without --camera and --eye");
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
+    if (request->setup && request->classification == VR_CLASSIFY_PREINTEGRATED)
+        return tool_misuse("render", "--setup geometry goes with --classification post");
     if ((request->has_setup || request->offset) && request->method >= VR_METHODS)
         return tool_misuse("render", "--setup and --offset go with --method raycast or multipass");
     if (request->has_pass_steps && request->method != VR_METHOD_MULTIPASS)
@@ -91,7 +110,8 @@ static int check_request(const struct tool_request *request)
     }
     if (request->method >= VR_METHODS && (request->filter == VR_FILTER_FAST || request->budget.seconds > 0.0))
         return tool_misuse("render", "--filter fast and --budget go with methods on the GPU");
-    return check_isotrace(request);
+    int code = check_classification(request);
+    return code < 0 ? check_isotrace(request) : code;
 }
 
 static int place_cameras(const struct tool_request *request, const struct brick_grid *grid,
@@ -323,6 +343,11 @@ int cmd_render(int argc, char **argv)
         {"termination", .value = "T", .parse = tool_parse_real, .target = &r.quality.termination,
          .given = &r.has_termination, .limits = {.min = 0, .max = 1},
          .help = "end a ray when less than T gets through (default 1e-4)"},
+        {"classification", .value = "WHEN", .parse = tool_parse_choice, .target = &r.classification,
+         .given = &r.has_classification, .limits = {.choices = classifications},
+         .help = "post (default): the value at each sample; preintegrated:\nall values between two samples, "
+                 "steps up to a "
+                 "voxel"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"refine", .value = "HOW", .parse = tool_parse_choice, .target = &r.refine, .given = &r.has_refine,
@@ -378,6 +403,7 @@ int cmd_render(int argc, char **argv)
     r.scene.height = size[1];
     r.scene.isovalue = r.iso.value[0];
     r.quality.skip = !r.no_skip;
+    r.quality.classification = (enum vr_classification)r.classification;
     r.quality.interleaved = r.offset == 1;
     r.quality.cubic = r.refine == 1;
     r.quality.setup = (enum vr_setup)r.setup;

@@ -25,11 +25,12 @@ struct tool_request {
     double clip_box[3][2], mesh_rgb[3];
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
-    int mode, method, setup, offset, refine, context, field, filter;
+    int mode, method, setup, offset, refine, context, field, filter, classification;
     double orbit[2], eye[3], look[3], up[3], fov, ortho;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_opacity, has_clip_box, has_pass_steps, has_setup, has_refine, no_skip, json, quiet;
+    bool has_opacity, has_clip_box, has_pass_steps, has_setup, has_refine, has_classification;
+    bool no_skip, json, quiet;
 };
 
 /* A picture for every camera, written to every output; reports: one each. *final: no frame's budget was used

@@ -79,8 +79,8 @@ static int make_frame(struct studio *studio, bool film, size_t frame, struct vr_
                       struct brick_error *err)
 {
     const struct tool_request *request = studio->request;
-    bool final = true;
     char path[4096];
+    bool final = true;
     int code;
     if (studio->renderer) {
         code = vr_render_begin(studio->renderer, &studio->scene, &request->quality, err);

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 /* Samples a ray: they are counted in 32 bits. */
 #define MAX_SAMPLES 2147483648.0
@@ -13,6 +14,7 @@ void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *cont
     vr_buffer_finish(&store->pieces, context);
     vr_buffer_finish(&store->bins, context);
     vr_meshes_finish(&store->meshes, context);
+    vr_buffer_finish(&store->prefixes, context);
 }
 
 /* Can samples and voxels be counted? */
@@ -34,6 +36,29 @@ static int check_counts(const struct vr_frame *frame, struct brick_error *err)
     return BRICK_OK;
 }
 
+/* Both ends of a step must lie in cells that touch, at the most: shaders/segments.glsl. */
+static int check_preintegrated(const struct vr_frame *frame, struct brick_error *err)
+{
+    double inverse[3][4], longest = 0.0, step = frame->quality->step_vox;
+    if (frame->scene->mode != BRICK_MODE_DVR && frame->scene->mode != BRICK_MODE_SHADED)
+        return brick_fail(err, BRICK_ERR_ARGUMENT,
+                          "pre-integrated classification is for dvr and shaded: the other modes integrate "
+                          "nothing");
+    brick_affine_invert(frame->grid->affine, inverse);
+    for (int a = 0; a < 3; a++)
+        longest = fmax(longest, frame->step_mm *
+                                    sqrt(inverse[a][0] * inverse[a][0] + inverse[a][1] * inverse[a][1] +
+                                         inverse[a][2] * inverse[a][2]) /
+                                    frame->level->scale[a]);
+    if (longest > 1.0 + 1e-9)
+        return brick_fail(
+            err, BRICK_ERR_ARGUMENT,
+            "pre-integrated classification takes steps of up to %.4g voxel edges here, not %g: a step "
+            "may not pass over a cell",
+            step / longest, step);
+    return BRICK_OK;
+}
+
 int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const struct vr_quality *quality,
                   struct brick_error *err)
 {
@@ -44,18 +69,25 @@ int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const st
     frame->level = &frame->grid->level[scene->level];
     frame->step_mm = quality->step_vox * brick_grid_min_spacing_mm(frame->grid);
     frame->table = (struct vr_transfer_table){.search_steps = 1};
+    frame->prefixes = NULL;
+    const bool preintegrated = quality->classification == VR_CLASSIFY_PREINTEGRATED;
     if ((result = check_counts(frame, err)) ||
+        (preintegrated && (result = check_preintegrated(frame, err))) ||
         (result =
              brick_view_init(&frame->view, &scene->camera, frame->grid, scene->width, scene->height, err)))
         return result;
-    return scene->mode == BRICK_MODE_ISO
-               ? BRICK_OK
-               : vr_transfer_table_init(&frame->table, scene->transfer, frame->grid, err);
+    if (scene->mode == BRICK_MODE_ISO)
+        return BRICK_OK;
+    if ((result = vr_transfer_table_init(&frame->table, scene->transfer, frame->grid, err)) || !preintegrated)
+        return result;
+    return vr_prefixes_create(&frame->prefixes, &frame->table, err);
 }
 
 void vr_frame_finish(struct vr_frame *frame)
 {
     vr_transfer_table_finish(&frame->table);
+    free(frame->prefixes);
+    frame->prefixes = NULL;
 }
 
 size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFINES_BYTES])
@@ -71,11 +103,13 @@ size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFI
         defines, VR_FRAME_DEFINES_BYTES,
         "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
         "#define MODE %s\n#define VOXEL_SAMPLER %s\n#define SEARCH_STEPS %u\n#define CLIP_PLANES "
-        "%u\n%s%s%s%s%s%s",
+        "%u\n%s%s%s%s%s%s%s",
         modes[frame->scene->mode], normalised ? "sampler2DArray" : samplers[frame->grid->type],
-        frame->table.search_steps, frame->scene->clip_count, normalised ? "#define VOXEL_NORMALISED\n" : "",
+        frame->table.search_steps, frame->scene->clip_count,
+        frame->scene->mesh_count ? "#define MESHES\n" : "", normalised ? "#define VOXEL_NORMALISED\n" : "",
         atlas->filter == VR_FILTER_FAST ? "#define FILTER_FAST\n" : "",
-        frame->scene->mesh_count ? "#define MESHES\n" : "", frame->quality->skip ? "#define SKIP\n" : "",
+        frame->quality->skip ? "#define SKIP\n" : "",
         frame->quality->interleaved ? "#define INTERLEAVED\n" : "",
-        brick_volume_stats(frame->volume)->nonfinite ? "#define NONFINITE\n" : "");
+        brick_volume_stats(frame->volume)->nonfinite ? "#define NONFINITE\n" : "",
+        frame->prefixes ? "#define PREINTEGRATED\n" : "");
 }

@@ -5,9 +5,9 @@
 #define RENDERER_FRAME_FRAME_H
 
 #include "meshes.h"
+#include "prefixes.h"
 #include "programs.h"
 #include "residency.h"
-#include "transfer_table.h"
 
 /* Texture units that all methods use alike; a method's own begin at VR_UNIT_METHOD. */
 enum {
@@ -18,13 +18,14 @@ enum {
     VR_UNIT_BINS,
     VR_UNIT_MESH_WAY,
     VR_UNIT_MESH_COLOUR,
+    VR_UNIT_PREFIXES,
     VR_UNIT_METHOD
 };
 
 /* What stays from picture to picture, whatever the method. One of zeros is empty. */
 struct vr_frame_store {
     struct vr_programs programs;
-    struct vr_buffer pieces, bins; /* of the transfer function */
+    struct vr_buffer pieces, bins, prefixes; /* of the transfer function */
     struct vr_mesh_layer meshes;
 };
 
@@ -40,6 +41,7 @@ struct vr_frame {
     struct brick_view view;
     double step_mm;
     struct vr_transfer_table table; /* of one search step and nothing else for iso */
+    struct vr_prefix *prefixes;     /* NULL unless classification is pre-integrated */
 
     /* A picture may be drawn in several calls; a method that always draws all of it need not look here. */
     bool begun;            /* this is not the first call: go on with what the method's state holds */
@@ -50,15 +52,16 @@ struct vr_frame {
 
 void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *context);
 
-/* Fill in a frame from grid to table; context, store, volume and residency are given. BRICK_ERR_ARGUMENT and
- * _UNSUPPORTED where samples or voxels cannot be counted. */
+/* Fill in a frame from grid to prefixes; context, store, volume and residency are given. BRICK_ERR_ARGUMENT
+ * and _UNSUPPORTED where samples or voxels cannot be counted, and for pre-integrated classification of what
+ * it does not do. */
 int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const struct vr_quality *quality,
                   struct brick_error *err);
 void vr_frame_finish(struct vr_frame *frame);
 
 /* What the shared shader parts need defined: MODE and its values, VOXEL_SAMPLER, SEARCH_STEPS, and where they
- * hold SKIP, INTERLEAVED, NONFINITE, FILTER_FAST, VOXEL_NORMALISED, CLIP_PLANES (how many) and MESHES.
- * Returns the number of bytes written. */
+ * hold SKIP, INTERLEAVED, NONFINITE, FILTER_FAST, VOXEL_NORMALISED, PREINTEGRATED, CLIP_PLANES (how many) and
+ * MESHES. Returns the number of bytes written. */
 #define VR_FRAME_DEFINES_BYTES 512
 size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFINES_BYTES]);
 
@@ -87,7 +90,7 @@ void vr_frame_set_field(const struct vr_frame *frame, const struct vr_uniforms *
 void vr_frame_set_stand_ins(const struct vr_frame *frame, const struct vr_uniforms *u);
 /* shaders/shading.glsl */
 void vr_frame_set_shading(const struct vr_frame *frame, const struct vr_uniforms *u);
-/* shaders/transfer.glsl, and its arrays in their units; not for iso. */
+/* shaders/transfer.glsl and shaders/preintegrated.glsl, and their arrays in their units; not for iso. */
 int vr_frame_set_transfer(const struct vr_frame *frame, const struct vr_uniforms *u, struct brick_error *err);
 
 #endif

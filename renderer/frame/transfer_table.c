@@ -52,7 +52,7 @@ static float clamp_float(double v)
 static struct vr_piece piece(const struct brick_grid *grid, const struct brick_transfer_knot *a,
                              const struct brick_transfer_knot *b, float start)
 {
-    struct vr_piece p = {.start = start, .origin = start};
+    struct vr_piece p = {.start = start, .origin = start, .end = FLT_MAX};
     const double ca[4] = {a->r, a->g, a->b, a->sigma}, cb[4] = {b->r, b->g, b->b, b->sigma};
     double width = b->value - a->value, s = a == b ? 0.0 : (physical(grid, start) - a->value) / width;
     float *base[4] = {&p.rgb[0], &p.rgb[1], &p.rgb[2], &p.sigma};
@@ -124,6 +124,8 @@ int vr_transfer_table_init(struct vr_transfer_table *table, const struct brick_t
             continue;
         table->pieces[table->count++] = piece(grid, &k[i], i + 1 < n ? &k[i + 1] : &k[i], threshold[i]);
     }
+    for (uint32_t i = 0; i + 1 < table->count; i++)
+        table->pieces[i].end = table->pieces[i + 1].start;
     table->bin_origin = clamp_float(threshold[0]);
     table->bin_scale =
         (float)((double)table->bin_count / ((double)clamp_float(threshold[n - 1]) - table->bin_origin));

@@ -6,10 +6,11 @@
 #include <brick/transfer.h>
 
 struct vr_piece {
-    float start;                /* a value belongs to the last piece that starts at or below it */
-    float sigma, sigma_slope;   /* at start, a unit of the value */
-    float origin;               /* that the slopes count from: start, or 0 where nothing changes */
-    float rgb[4], rgb_slope[4]; /* 3 used */
+    float start;              /* a value belongs to the last piece that starts at or below it */
+    float sigma, sigma_slope; /* at start, a unit of the value */
+    float origin;             /* that the slopes count from: start, or 0 where nothing changes */
+    float rgb[3], end;        /* end: where the next piece starts, FLT_MAX for the last */
+    float rgb_slope[3], unused;
 };
 
 /* Pieces that values of a bin can belong to. */

@@ -160,5 +160,12 @@ int vr_frame_set_transfer(const struct vr_frame *frame, const struct vr_uniforms
     vr_set_float(u, "bin_origin", table->bin_origin);
     vr_set_float(u, "bin_scale", table->bin_scale);
     vr_set_float(u, "bin_last", table->bin_count - 1.0);
+    if (!frame->prefixes)
+        return BRICK_OK;
+    if ((result = vr_buffer_write(&store->prefixes, frame->context, GL_RGBA32UI, frame->prefixes,
+                                  table->count * sizeof *frame->prefixes, "transfer function", err)))
+        return result;
+    vr_buffer_use(&store->prefixes, frame->context, VR_UNIT_PREFIXES);
+    vr_set_int(u, "prefixes", VR_UNIT_PREFIXES);
     return BRICK_OK;
 }

@@ -33,8 +33,12 @@ static const struct vr_shader_part far_parts[] = {VR_MARCH_PARTS, {"raycast.glsl
 static const struct vr_program_source far_source = {.fragment = far_parts,
                                                     .fragment_count = sizeof far_parts / sizeof *far_parts};
 /* What a ray does in one pass is bounded so that 16 rays at once stay below the 65535 turns of loops that
- * llvmpipe allows: 2 loops of samples and leaps, halvings at a hit, leaps to look ahead. */
-const struct vr_march_pass vr_march_far = {&far_source, "#define STEPS_A_PASS 1500\n", VR_TARGET_DEPTH_OFF};
+ * llvmpipe allows: 2 loops of samples and leaps (pre-integrated 3), halvings at a hit, leaps to look ahead.
+ */
+const struct vr_march_pass vr_march_far = {&far_source,
+                                           "#ifdef PREINTEGRATED\n#define STEPS_A_PASS 1000\n#else\n"
+                                           "#define STEPS_A_PASS 1500\n#endif\n",
+                                           VR_TARGET_DEPTH_OFF};
 
 static bool has_bounds(const struct vr_frame *frame)
 {
@@ -44,10 +48,10 @@ static bool has_bounds(const struct vr_frame *frame)
 static int use_program(const struct vr_frame *frame, const struct vr_march_pass *pass, bool stand_in,
                        struct vr_uniforms *uniforms, struct brick_error *err)
 {
-    char defines[VR_FRAME_DEFINES_BYTES + 256], levels[40] = "";
+    char defines[VR_FRAME_DEFINES_BYTES + 256], levels[64] = "";
     size_t n = vr_frame_defines(frame, defines);
     if (stand_in)
-        snprintf(levels, sizeof levels, "#define STAND_IN %d\n", BRICK_MAX_LEVELS);
+        snprintf(levels, sizeof levels, "#define STAND_IN %d\n#undef PREINTEGRATED\n", BRICK_MAX_LEVELS);
     snprintf(defines + n, sizeof defines - n, "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s%s%s%s%s",
              LOOK_AHEAD_TURNS, VR_TARGET_TILE, has_bounds(frame) ? "#define BOUNDS\n" : "",
              frame->quality->cubic && !stand_in ? "#define CUBIC\n" : "",
@@ -326,10 +330,16 @@ int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_ma
 {
     const struct brick_level *level = frame->level;
     struct round round = {.passes = passes, .count = count};
+    if (frame->quality->classification == VR_CLASSIFY_PRE)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method classifies values, not voxels");
+    if (frame->prefixes && has_bounds(frame))
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "ray set-up by geometry goes with post-classification");
     int result = rays_resize(&m->rays, frame->context, image, uses_depth(&round),
                              level->bricks[0] * level->bricks[1] * level->bricks[2], err);
     if (!result && (frame->deadline_ns != UINT64_MAX || frame->upload_bytes != UINT64_MAX))
         result = vr_residency_stand_in(frame->residency, err);
+    if (!result && frame->scene->mesh_count)
+        result = vr_meshes_begin(frame, m->rays.target.width, m->rays.target.height, err);
     if (!frame->begun) {
         m->part = 0;
         m->resume = false;

@@ -29,7 +29,8 @@ struct vr_march {
 #define VR_MARCH_PARTS                                                                                       \
     {"exponential.glsl", vr_shader_exponential}, {"fixed.glsl", vr_shader_fixed},                            \
         {"ray.glsl", vr_shader_ray}, {"field.glsl", vr_shader_field}, {"transfer.glsl", vr_shader_transfer}, \
-        {"shading.glsl", vr_shader_shading}, {"feedback.glsl", vr_shader_feedback},                          \
+        {"preintegrated.glsl", vr_shader_preintegrated}, {"shading.glsl", vr_shader_shading},                \
+        {"feedback.glsl", vr_shader_feedback}, {"segments.glsl", vr_shader_segments},                        \
         {"cubic.glsl", vr_shader_cubic}, {"state.glsl", vr_shader_state},                                    \
     {                                                                                                        \
         "march.glsl", vr_shader_march                                                                        \

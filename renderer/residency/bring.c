@@ -62,6 +62,19 @@ static void evict(struct vr_residency *r, uint32_t s)
     }
 }
 
+/* A brick in a slot to the shaders, in this picture from now on active: a ray may ask for one in which
+ * nothing is visible, for a gradient at its edge. */
+static void show(struct vr_residency *r, uint64_t b)
+{
+    uint32_t s = r->slot_of[b];
+    if (r->state[b] < BRICK_STATE_ACTIVE)
+        r->state[b] = BRICK_STATE_ACTIVE;
+    vr_resident_classify(r, s);
+    vr_resident_set_page(r, b);
+    r->changed_pages[r->changed_page_count++] = (uint32_t)b;
+    r->changed_slots[r->changed_slot_count++] = s;
+}
+
 static int enter(struct vr_residency *r, uint32_t s, uint64_t id, const uint8_t *payload,
                  struct brick_error *err)
 {
@@ -80,10 +93,7 @@ static int enter(struct vr_residency *r, uint32_t s, uint64_t id, const uint8_t 
     if (b >= r->bricks) /* it is to stand in */
         return BRICK_OK;
     r->slot_of[b] = s;
-    vr_resident_classify(r, s);
-    vr_resident_set_page(r, b);
-    r->changed_pages[r->changed_page_count++] = (uint32_t)b;
-    r->changed_slots[r->changed_slot_count++] = s;
+    show(r, b);
     return BRICK_OK;
 }
 
@@ -130,11 +140,14 @@ static size_t find_missing(struct vr_residency *r, size_t count)
     r->pass++;
     r->changed_page_count = r->changed_slot_count = 0;
     for (size_t i = 0; i < count && i < r->atlas.count - r->stand_ins.count; i++) {
-        uint32_t s = r->slot_of[r->wants.item[i].brick];
-        if (s == NO_SLOT)
+        uint32_t b = r->wants.item[i].brick, s = r->slot_of[b];
+        if (s == NO_SLOT) {
             r->wants.item[missing++] = r->wants.item[i];
-        else
-            r->slots[s].used = r->pass;
+            continue;
+        }
+        r->slots[s].used = r->pass;
+        if (r->state[b] < BRICK_STATE_ACTIVE)
+            show(r, b);
     }
     return missing;
 }
@@ -150,7 +163,7 @@ int vr_residency_bring(struct vr_residency *r, const struct vr_feedback *feedbac
         return result;
     const double front = count ? r->wants.item[0].distance : 0.0;
     const size_t missing = find_missing(r, count);
-    if (!missing)
+    if (!missing && !r->changed_page_count)
         return BRICK_OK;
     find_victims(r, front, false);
     for (size_t i = 0; i < missing && n < limit->bricks; i++) {

@@ -64,7 +64,7 @@ void vr_residency_destroy(struct vr_residency **residency)
     free(r->changed_slots);
     vr_wants_finish(&r->wants);
     free(r->order);
-    vr_classification_finish(&r->classification);
+    vr_classified_finish(&r->classified);
     vr_stand_ins_finish(&r->stand_ins);
     free(r->slot_of);
     free(r->page);
@@ -114,14 +114,14 @@ void vr_resident_classify(struct vr_residency *r, uint32_t s)
     uint64_t active = vr_macrocells_classify(&r->macrocells, s, grid, &r->query,
                                              r->state[brick_in(r, s)] == BRICK_STATE_WHOLE);
     r->slots[s].whole = active >= (uint64_t)place.macrocells[0] * place.macrocells[1] * place.macrocells[2];
-    r->slots[s].classified = r->classification.number;
+    r->slots[s].classified = r->classified.number;
 }
 
 static int classify_job(void *context, uint64_t item, unsigned worker, struct brick_error *err)
 {
     struct vr_residency *r = context;
     (void)worker, (void)err;
-    if (needed_by_picture(r, (uint32_t)item) && r->slots[item].classified != r->classification.number)
+    if (needed_by_picture(r, (uint32_t)item) && r->slots[item].classified != r->classified.number)
         vr_resident_classify(r, (uint32_t)item);
     return BRICK_OK;
 }
@@ -160,18 +160,18 @@ void vr_resident_release(struct vr_residency *r)
 int vr_residency_begin(struct vr_residency *r, const struct brick_active_query *query,
                        const struct brick_camera *camera, struct brick_error *err)
 {
-    uint64_t classification = r->classification.number;
+    uint64_t classification = r->classified.number;
     uint32_t level = r->level;
     int result;
 
     if ((result = set_level(r, query->level, err)) ||
-        (result = vr_classification_set(&r->classification, query, err)))
+        (result = vr_classified_set(&r->classified, query, err)))
         return result;
     r->query = *query;
     vr_depth_init(&r->depth, brick_volume_grid(r->volume), query->level, camera);
     r->loaded = 0;
     brick_cache_count(r->cache, &r->before);
-    if (!r->stale && level == r->level && classification == r->classification.number)
+    if (!r->stale && level == r->level && classification == r->classified.number)
         return BRICK_OK;
     r->stale = true;
     vr_resident_release(r);

@@ -8,7 +8,7 @@
 
 #include <brick/cache.h>
 
-#include "classification.h"
+#include "classified.h"
 #include "depth.h"
 #include "residency.h"
 #include "stand_ins.h"
@@ -48,7 +48,7 @@ struct vr_residency {
     struct vr_buffer pages;
     struct slot *slots;
     uint64_t used_slots, peak_slots, pass;
-    struct vr_classification classification;
+    struct vr_classified classified;
 
     uint32_t level; /* of the arrays below */
     uint64_t bricks;

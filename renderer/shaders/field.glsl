@@ -30,12 +30,16 @@ uniform float voxel_grains;              /* a unit of the stored value */
 struct Block {
     bool live;    /* samples are to be fetched */
     bool missing; /* they would be, but the brick is not in the atlas */
+    bool wanted;  /* the brick is resident or missing, whatever the macrocell */
     bool above;   /* iso, inactive: on which side */
     int brick;    /* its place in the page table */
     int shift;    /* edge of the block, log2 */
     ivec3 offset; /* active: atlas texel = voxel + offset */
 #ifdef STAND_IN
     ivec3 halvings; /* from the level to the brick's own, of which offset counts voxels */
+#endif
+#ifdef PREINTEGRATED
+    int lacks;    /* the brick that a gradient must come from, and that is not in the atlas; or -1 */
 #endif
 };
 
@@ -77,6 +81,7 @@ Block locate(ivec3 voxel)
     uint state = page >> 30;
     block.live = state == STATE_RESIDENT || state == STATE_WHOLE;
     block.missing = state == STATE_MISSING;
+    block.wanted = state != STATE_INACTIVE;
     block.above = (page & 1u) != 0u;
     block.shift = brick_shift;
     block.offset = slot * slot_size + border - start;

@@ -21,6 +21,7 @@ struct March {
     Block block;     /* and surroundings, after a loop */
     bool done;       /* no sample of it counts any more */
     bool waits;      /* for block.brick */
+    bool alone;      /* block supplies this sample, and not the next */
 };
 
 /* How many samples, from the one at `at`, lie in the block: at least 1, and never too many: the way to the exit, in steps,
@@ -41,51 +42,81 @@ void march_to(inout March m, Ray ray, uint jump)
     m.k += jump;
 }
 
+/* What supplies the sample that the march has come to. */
+void march_meet(inout March m, Ray ray, ivec3 home)
+{
+    m.block = locate(home);
+    m.alone = false;
+#ifdef PREINTEGRATED
+    m.block = supplier(ray, m.k, m.at, m.block, m.alone);
+#endif
+}
+
 /* Over inactive blocks, to a sample of an active one (which m.block then is, and waits says whether its brick is missing)
  * or the ray's end, in `left` leaps at most. */
 void march_leap(inout March m, Ray ray, inout uint left)
 {
-    ivec3 home = owner(m.at.cell);
-    m.block = locate(home);
-    while (!m.block.live && !m.block.missing && left > 0u) {
-        m.done = state_skip(m.state, m.block);
-        if (m.done)
-            break;
+    bool crosses;
+    do {
+        ivec3 home = owner(m.at.cell);
+        march_meet(m, ray, home);
+        crosses = false;
+        while (!m.block.live && !m.block.missing && !crosses && left > 0u) {
+            m.done = state_skip(m.state, m.block);
+            if (m.done)
+                break;
 #ifdef SKIP
-        uint jump = min(leap(ray, m.at, home, m.block.shift), ray.count - m.k);
+            uint jump = min(leap(ray, m.at, home, m.block.shift), ray.count - m.k);
 #else
-        uint jump = 1u;
+            uint jump = 1u;
 #endif
-        left--;
-        march_to(m, ray, jump);
-        if (m.k >= ray.end)
-            break;
-        home = owner(m.at.cell);
-        m.block = locate(home);
-    }
+            left--;
+            march_to(m, ray, jump);
+            if (m.k >= ray.end)
+                break;
+            home = owner(m.at.cell);
+            Block before = m.block;
+            m.block = locate(home);
+#ifdef PREINTEGRATED
+            /* Of a piece from one inactive block to the next only its bricks say whether it counts. */
+            crosses = m.block.brick != before.brick && (m.block.wanted || before.wanted);
+#endif
+        }
+    } while (crosses && left > 0u);
     m.waits = !m.done && m.k < ray.end && m.block.missing;
 }
 
 /* On by up to `left` samples and leaps. */
 void march(inout March m, Ray ray, uint left)
 {
-    while (!m.done && m.k < ray.end && left > 0u) {
+    while (!m.done && !m.waits && m.k < ray.end && left > 0u) {
         march_leap(m, ray, left);
         if (m.done || m.waits || m.k >= ray.end || left == 0u)
             break;
         ivec3 inside = owner(m.at.cell) >> m.block.shift;
+#ifdef PREINTEGRATED
+        state_enter(m.state, ray, m.k, m.block);
+        m.fetched += min(m.k, 1u);
+#endif
         do {
             m.done = state_sample(m.state, ray, m.k, m.at, m.block);
             m.fetched++;
             if (m.done)
                 break;
+#if defined(PREINTEGRATED) && MODE == MODE_SHADED
+            if (m.state.lacks) {
+                m.block.brick = m.block.lacks;
+                m.waits = true;
+                break;
+            }
+#endif
             left--;
 #ifdef STAND_IN
             march_to(m, ray, min(samples_in(m.block), ray.count - m.k));
 #else
             march_to(m, ray, 1u);
 #endif
-        } while (m.k < ray.end && left > 0u && owner(m.at.cell) >> m.block.shift == inside);
+        } while (m.k < ray.end && left > 0u && !m.alone && owner(m.at.cell) >> m.block.shift == inside);
     }
 }
 

@@ -1,8 +1,14 @@
 /* A pixel's ray: found in double precision as libbrick's brick_view_ray and brick_ray_span find it, and cut to level 0's
  * box, to what the clip planes keep, and to what is before a mesh. It is divided into pieces of one step from where it
  * enters the box, interleaved rays from a part of a step before, and those are cut: so where planes move, samples stay.
- * Each piece has its sample in its middle; only the first, at a clip plane or interleaved, and the last are shorter. For an isosurface samples are where pieces meet and at both ends: what is
- * just before the eye, a clip plane or a mesh is not missed. */
+ * Each piece has its sample in its middle; only the first, at a clip plane or interleaved, and the last are shorter. With PREINTEGRATED and for an isosurface samples are where pieces begin and
+ * end, one more than there are pieces: so what is just before the eye, a clip plane or a mesh is not missed. */
+#if defined PREINTEGRATED || MODE == MODE_ISO
+#define AT_ENDS
+#define FIRST_PIECE 1u /* the sample that the first piece belongs to */
+#else
+#define FIRST_PIECE 0u
+#endif
 uniform dvec3 origin, origin_u, origin_v, dir, dir_u, dir_v; /* struct brick_view */
 uniform dmat3 linear;
 uniform dvec3 box_high;                 /* level 0's dims - 1/2 */
@@ -28,7 +34,7 @@ struct Ray {
     Fixed3 first, step, last; /* positions of the first and the last sample, in the level's index space */
     uint count;               /* samples */
     uint begin, end;          /* those before begin and from end on need not be looked at */
-    float length_mm, last_length_mm;
+    float length_mm, last_length_mm; /* of a piece */
 #ifdef CUT
     Fixed3 cut; /* where the first sample is; `first` is where the others count from */
     float cut_length_mm;
@@ -93,7 +99,7 @@ bool ray_init(ivec2 pixel, out Ray ray)
 
     /* In steps of the division: the first sample of a ray that is not cut, of one that is, and the last. */
     double whole = skipped + pieces - 1.0LF, rest = steps - max(whole, begin), piece = skipped + 1.0LF - begin;
-#if MODE == MODE_ISO
+#ifdef AT_ENDS
     double first = 0.0LF, cut = begin, last = steps;
     ray.count = uint(pieces) + 1u;
 #else
@@ -159,12 +165,13 @@ Fixed3 ray_next(Ray ray, uint k, Fixed3 at, uint jump)
     return fixed_add(at, fixed_times(ray.step, jump));
 }
 
+/* Of sample k's piece, or with samples at ends of the piece that ends with it. */
 float ray_length(Ray ray, uint k)
 {
     if (k + 1u == ray.count)
         return ray.last_length_mm;
 #ifdef CUT
-    if (k == 0u)
+    if (k == FIRST_PIECE)
         return ray.cut_length_mm;
 #endif
     return ray.length_mm;

@@ -38,11 +38,25 @@ uniform float depth_end; /* optical depth at which a ray ends */
 struct State {
     vec3 rgb;
     float depth, transmittance;
+#ifdef PREINTEGRATED
+    bool known; /* that the sample before has a value: */
+    End front;
+    bool lacks; /* the piece at hand a brick for its gradient */
+#endif
 };
+
+State state_of(vec4 v, float transmittance)
+{
+    State s;
+    s.rgb = v.rgb;
+    s.depth = v.a;
+    s.transmittance = transmittance;
+    return s;
+}
 
 State state_init()
 {
-    return State(vec3(0.0), 0.0, 1.0);
+    return state_of(vec4(0.0), 1.0);
 }
 
 uvec4 state_pack(State s)
@@ -53,7 +67,7 @@ uvec4 state_pack(State s)
 State state_unpack(uvec4 bits)
 {
     vec4 v = uintBitsToFloat(bits);
-    return State(v.rgb, v.a, exponential(-v.a));
+    return state_of(v, exponential(-v.a));
 }
 
 /* This and the next answer: is the ray done? */
@@ -62,6 +76,59 @@ bool state_skip(inout State s, Block block)
     return false;
 }
 
+/* A piece of the ray of optical depth x and opacity alpha. */
+bool state_add(inout State s, float x, float alpha, vec3 rgb)
+{
+    precise vec3 sum = s.rgb + (s.transmittance * alpha) * rgb;
+    s.rgb = sum;
+    s.depth += x;
+    s.transmittance = exponential(-s.depth);
+    return s.depth > depth_end;
+}
+
+#ifdef PREINTEGRATED
+bool end_at(Fixed3 at, ivec3 offset, out End end)
+{
+    Cell c = cell_fetch(at.cell + offset);
+    bool valid = cell_valid(c);
+    end = end_of(valid ? cell_value(c, fixed_fraction(at)) : 0.0);
+    return valid;
+}
+
+/* Before the first sample that `block` supplies: the one before that. */
+void state_enter(inout State s, Ray ray, uint k, Block block)
+{
+    s.known = k > 0u;
+    if (s.known)
+        s.known = end_at(ray_sample(ray, k - 1u), block.offset, s.front);
+}
+
+/* The piece of the ray between the sample before and this one. Where one of them has no value it is transparent. The light
+ * falls on it as on its middle. */
+bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+{
+    End front = s.front;
+    bool known = s.known;
+    s.known = end_at(at, block.offset, s.front);
+    s.lacks = false;
+    if (!known || !s.known)
+        return false;
+    Stretch part = stretch_of(front, s.front, ray_length(ray, k));
+    if (!(part.depth > 0.0))
+        return false;
+    float alpha = opacity(part.depth);
+    vec3 rgb = stretch_colour(part, alpha);
+#if MODE == MODE_SHADED
+    s.lacks = block.lacks >= 0;
+    if (s.lacks)
+        return false;
+    Fixed3 middle = ray_middle(ray, k, at);
+    ivec3 texel = middle.cell + block.offset;
+    rgb = shade(rgb, cell_gradient(cell_fetch(texel), texel, fixed_fraction(middle)), ray.view);
+#endif
+    return state_add(s, part.depth, alpha, rgb);
+}
+#else
 bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 {
     at = place_in(block, at);
@@ -83,12 +150,9 @@ bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
 #ifdef STAND_IN
     x *= float(samples_in(block));
 #endif
-    precise vec3 sum = s.rgb + (s.transmittance * opacity(x)) * rgb;
-    s.rgb = sum;
-    s.depth += x;
-    s.transmittance = exponential(-s.depth);
-    return s.depth > depth_end;
+    return state_add(s, x, opacity(x), rgb);
 }
+#endif
 
 /* The picture's colour, of a ray that has ended; false when the brick in `block` must come first. */
 bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)

@@ -2,7 +2,8 @@
  * float32. Uniform bins give the pieces that can hold a value; SEARCH_STEPS halvings find the one that does, without a loop
  * (llvmpipe counts every loop's turns, see raycast.glsl).
  *
- * Three elements a piece: (start, extinction a mm at start, its slope, the slopes' origin), (linear rgb at start, -), (its slope, -). */
+ * Three elements a piece: (start, extinction a mm at start, its slope, the slopes' origin), (linear rgb at start, where the next
+ * piece starts), (the colour's slope, -). */
 uniform samplerBuffer pieces;
 uniform usamplerBuffer bins; /* first and last piece of each */
 uniform float bin_origin, bin_scale, bin_last;
@@ -33,8 +34,12 @@ float extinction(Piece p, float v)
     return max(sigma, 0.0);
 }
 
+vec3 emission(Piece p, vec3 rgb, vec3 slope, float v)
+{
+    return clamp(rgb + slope * (v - p.head.w), 0.0, 1.0);
+}
+
 vec3 emission(Piece p, float v)
 {
-    vec3 rgb = texelFetch(pieces, 3 * p.index + 1).rgb;
-    return clamp(rgb + texelFetch(pieces, 3 * p.index + 2).rgb * (v - p.head.w), 0.0, 1.0);
+    return emission(p, texelFetch(pieces, 3 * p.index + 1).rgb, texelFetch(pieces, 3 * p.index + 2).rgb, v);
 }

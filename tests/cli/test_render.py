@@ -1,5 +1,6 @@
 """Pictures of small synthetic volumes: what must not change them, and the two contexts against each other."""
 
+import os
 import struct
 import zlib
 
@@ -54,6 +55,15 @@ class Render(cli.Case):
                             ["--gpu-cache", "64M"]]:
                 with self.subTest(mode=mode, variant=variant):
                     self.assertEqual(self.render("b.exr", *options, *variant), plain)
+
+    @cli.needs_gl
+    def test_preintegrated(self):
+        options = ["--classification", "preintegrated", "--camera", "30,20", "--mode", "shaded"]
+        plain = self.render("plain.exr", *options)
+        self.assertNotEqual(plain, self.render("post.exr", *options[2:]))
+        self.assertEqual(self.render("b.exr", *options, "--no-skip", "--gpu-cache", "64K"), plain)
+        self.fails(1, "up to 1 voxel edges", "render", "a.brick", "-o", "no.exr", *options, "--step", "1.5")
+        self.assertFalse(os.path.exists(self.path("no.exr")))
 
     @cli.needs_gl
     def test_termination(self):

@@ -13,13 +13,17 @@ static void planes_leave_samples_alone(void **state)
     struct setting s;
     (void)state;
     begin(&s, ball, 100.0);
-    for (int run = 0; s.renderer && run < 16; run++) {
+    for (int run = 0; s.renderer && run < 24; run++) {
         struct brick_image whole, cut;
         s.scene.mode = (enum brick_mode)(run % 4);
         s.quality.skip = run & 4;
         if (run & 8)
             memcpy(s.scene.camera.eye_mm, (const double[]){2, 3, 5},
                    sizeof s.scene.camera.eye_mm); /* inside */
+        if (run >= 16) {
+            s.scene.mode = (enum brick_mode)(run % 2);
+            s.quality.classification = VR_CLASSIFY_PREINTEGRATED;
+        }
         s.scene.clip_count = 0;
         draw(&s, &whole);
         for (int p = 0; p < VR_MAX_CLIP_PLANES; p++)
@@ -75,11 +79,13 @@ static void lengths_are_right(void **state)
     struct setting s;
     (void)state;
     begin(&s, same, 100.0);
-    for (int run = 0; s.renderer && run < 12; run++) {
+    for (int run = 0; s.renderer && run < 16; run++) {
         struct brick_image exact, image;
         struct brick_image_difference d;
         static const double thickness[] = {0.01, 0.7, 30.0, -1.0};
-        s.quality.step_vox = run < 4 ? 0.5 : run < 8 ? 3.7 : 100.0;
+        s.quality.step_vox = run < 4 ? 0.5 : run < 8 ? 3.7 : run < 12 ? 100.0 : 0.5;
+        if (run == 12)
+            s.quality.classification = VR_CLASSIFY_PREINTEGRATED;
         s.scene.clip[0] = plane_at(1, 3, -1, 2.0);
         s.scene.clip[1] = plane_at(-1, -3, 1, thickness[run % 4] - 2.0);
         s.scene.clip[2] = plane_at(0.2, 0, 1, 7.0);

@@ -35,6 +35,12 @@ uint64_t slots_bytes(const struct brick_volume *volume, uint64_t bricks)
     return bricks * stored * stored * stored * brick_type_bytes(grid->type);
 }
 
+void set_way(int way, struct vr_scene *scene, struct vr_quality *quality)
+{
+    scene->mode = (enum brick_mode)(way % 4);
+    quality->classification = way < 4 ? VR_CLASSIFY_POST : VR_CLASSIFY_PREINTEGRATED;
+}
+
 struct brick_volume *volume_of(struct memory_source *source, uint32_t edge)
 {
     char name[64];

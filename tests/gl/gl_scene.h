@@ -12,6 +12,9 @@ struct vr_renderer *try_renderer(const struct brick_volume *volume, enum vr_cont
 
 /* A GPU cache of so many bricks as they are stored. */
 uint64_t slots_bytes(const struct brick_volume *volume, uint64_t bricks);
+/* Every mode with post-classification, dvr and shaded pre-integrated. */
+#define WAYS 6
+void set_way(int way, struct vr_scene *scene, struct vr_quality *quality);
 
 /* Default parameters but for the brick's edge. */
 struct brick_volume *volume_of(struct memory_source *source, uint32_t edge);

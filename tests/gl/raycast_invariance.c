@@ -22,6 +22,10 @@
 static const uint32_t edges[] = {16, 32, 64};
 static const struct brick_transfer_point points[] = {
     {150, 0.2, 0.1, 0.1, 0.0}, {300, 0.9, 0.3, 0.1, 0.1}, {300, 0.1, 0.9, 0.1, 0.02}, {900, 1, 1, 0.9, 0.7}};
+/* Peaks between transparent values, narrower than what a voxel's way changes. */
+static const struct brick_transfer_point peaks[] = {
+    {205, 1, 0, 0, 0.0},   {211, 0.9, 0.3, 0.1, 0.6}, {214, 0, 0, 1, 0.0}, {500.5, 0, 1, 0, 0.0},
+    {500.5, 0, 1, 0, 0.8}, {503, 1, 1, 0, 0.2},       {503, 1, 1, 0, 0.0}};
 
 /* Blobs in empty space, with some noise: much to skip, and ranges that touch thresholds. */
 static double blobs(int x, int y, int z)
@@ -73,36 +77,41 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
 
 #define VIEWS 6
 
-/* Images of every mode and view, in one way, against those of the first. */
+/* Images of every mode and view, in one renderer, against those of the first. hand: raycast without skipping
+ * and with, multipass without and with. */
 static void compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
-                        const struct brick_transfer *transfer, double isovalue,
-                        const struct vr_quality *quality, struct brick_image *images, bool first,
-                        const char *what)
+                        struct brick_transfer *const transfers[2], double isovalue, double step, int hand,
+                        struct brick_image *images, bool first, const char *what)
 {
-    for (int mode = 0; mode < 4; mode++)
+    for (int way = 0; way < (step <= 1.0 ? WAYS : 4); way++)
         for (int view = 0; view < VIEWS; view++) {
             struct vr_scene scene = vr_scene_defaults;
+            struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
             struct vr_report report;
             char line[160];
-            scene.mode = (enum brick_mode)mode;
-            scene.transfer = transfer;
+            set_way(way, &scene, &quality);
+            scene.transfer = transfers[way >= 4];
             scene.isovalue = isovalue;
             scene.width = scene.height = EDGE;
+            quality.step_vox = step;
+            quality.skip = hand % 2;
+            quality.method = hand < 2 ? VR_METHOD_RAYCAST : VR_METHOD_MULTIPASS;
+            quality.pass_steps = hand % 2 ? 13 : 64;
             camera_of(view, grid, &scene.camera);
-            render(renderer, &scene, quality, &image, &report);
+            render(renderer, &scene, &quality, &image, &report);
             assert_true(report.bricks_active <= report.bricks_total);
             if (first) {
                 double sum = 0.0;
                 for (int i = 0; i < EDGE * EDGE; i++)
                     sum += (double)image.rgba[4 * i + 3];
                 if (!(sum > 5.0) || !isfinite(sum))
-                    fail_msg("%s, mode %d, view %d: nothing in the picture", what, mode, view);
-                images[mode * VIEWS + view] = image;
+                    fail_msg("%s, way %d, view %d: nothing in the picture", what, way, view);
+                images[way * VIEWS + view] = image;
                 continue;
             }
-            snprintf(line, sizeof line, "%s, mode %d, view %d, step %g", what, mode, view, quality->step_vox);
-            assert_same_image(&image, &images[mode * VIEWS + view], line);
+            snprintf(line, sizeof line, "%s, way %d, view %d, step %g", what, way, view, step);
+            assert_same_image(&image, &images[way * VIEWS + view], line);
             brick_image_finish(&image);
         }
 }
@@ -115,7 +124,7 @@ static void test_passes(void **state)
     static uint16_t voxels[3 * 2 * LENGTH];
     struct memory_source source;
     struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
-    struct brick_image images[4] = {{0}};
+    struct brick_image images[WAYS] = {{0}};
     bool first = true;
     for (int i = 0; i < 3 * 2 * LENGTH; i++) {
         double v = i / 6 < 7000 ? 0.0 : 400.0 * sin(i / 6 * 0.013) + (double)(noise64(9, (uint64_t)i) % 64);
@@ -125,14 +134,14 @@ static void test_passes(void **state)
     for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
         struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
-        for (int run = 0; renderer && run < 12; run++) {
-            int mode = run % 4, way = run / 4;
+        for (int run = 0; renderer && run < 3 * WAYS; run++) {
+            int way = run / 3, hand = run % 3;
             struct vr_scene scene = vr_scene_defaults;
             struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
             struct vr_report report;
             char line[120];
-            scene.mode = (enum brick_mode)mode;
+            set_way(way, &scene, &quality);
             scene.transfer = transfer;
             scene.isovalue = 350.25;
             scene.width = scene.height = 5;
@@ -141,24 +150,24 @@ static void test_passes(void **state)
                                                  .up = {0, 1, 0},
                                                  .ortho_height_mm = 1.5};
             quality.step_vox = 0.37;
-            quality.skip = way > 0;
-            quality.method = way < 2 ? VR_METHOD_RAYCAST : VR_METHOD_MULTIPASS;
+            quality.skip = hand > 0;
+            quality.method = hand < 2 ? VR_METHOD_RAYCAST : VR_METHOD_MULTIPASS;
             render(renderer, &scene, &quality, &image, &report);
             assert_true(report.passes > 10);
-            snprintf(line, sizeof line, "long rays, bricks of %u, mode %d, way %d", edges[e], mode, way);
-            if (first && way == 0) {
+            snprintf(line, sizeof line, "long rays, bricks of %u, way %d, hand %d", edges[e], way, hand);
+            if (first && hand == 0) {
                 assert_true(image.rgba[4 * 12 + 3] > 0.1f);
-                images[mode] = image;
+                images[way] = image;
                 continue;
             }
-            assert_same_image(&image, &images[mode], line);
+            assert_same_image(&image, &images[way], line);
             brick_image_finish(&image);
         }
         first = first && !renderer;
         vr_renderer_destroy(&renderer);
         brick_volume_close(&volume);
     }
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < WAYS; i++)
         brick_image_finish(&images[i]);
     brick_transfer_destroy(&transfer);
     if (first)
@@ -168,8 +177,9 @@ static void test_passes(void **state)
 static void check(enum brick_type type, const void *voxels, double isovalue, double step)
 {
     struct memory_source source;
-    struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
-    struct brick_image images[4 * VIEWS] = {{0}};
+    struct brick_transfer *transfers[2] = {transfer_of(points, sizeof points / sizeof points[0]),
+                                           transfer_of(peaks, sizeof peaks / sizeof peaks[0])};
+    struct brick_image images[WAYS * VIEWS] = {{0}};
     bool first = true;
     static const enum vr_context_kind kinds[] = {VR_CONTEXT_EGL, VR_CONTEXT_OSMESA};
     static const char *const names[] = {"EGL", "OSMesa"};
@@ -178,27 +188,21 @@ static void check(enum brick_type type, const void *voxels, double isovalue, dou
         struct brick_volume *volume = volume_of(&source, edges[e]);
         for (int c = 0; c < 2; c++) {
             struct vr_renderer *renderer = c == 0 || e == 0 ? try_renderer(volume, kinds[c]) : NULL;
-            for (int way = 0; renderer && way < (e == 1 ? 4 : 2); way++) {
-                struct vr_quality quality = vr_quality_defaults;
+            for (int hand = 0; renderer && hand < (e == 1 ? 4 : 2); hand++) {
                 char what[80];
-                quality.step_vox = step;
-                quality.skip = way % 2;
-                quality.pass_steps = way % 2 ? 13 : 64;
-                if (way >= 2)
-                    quality.method = VR_METHOD_MULTIPASS;
-                snprintf(what, sizeof what, "%s, bricks of %u, method %d, skipping %d", names[c], edges[e],
-                         (int)quality.method, quality.skip);
-                compare_all(renderer, brick_volume_grid(volume), transfer, isovalue, &quality, images, first,
-                            what);
+                snprintf(what, sizeof what, "%s, bricks of %u, hand %d", names[c], edges[e], hand);
+                compare_all(renderer, brick_volume_grid(volume), transfers, isovalue, step, hand, images,
+                            first, what);
                 first = false;
             }
             vr_renderer_destroy(&renderer);
         }
         brick_volume_close(&volume);
     }
-    for (int i = 0; i < 4 * VIEWS; i++)
+    for (int i = 0; i < WAYS * VIEWS; i++)
         brick_image_finish(&images[i]);
-    brick_transfer_destroy(&transfer);
+    for (int i = 0; i < 2; i++)
+        brick_transfer_destroy(&transfers[i]);
     if (first)
         skip();
 }
@@ -231,6 +235,22 @@ static void test_f32(void **state)
     check(BRICK_F32, voxels, 300.123, 0.5);
 }
 
+/* Boxes from face to face of bricks of 16, their neighbours empty: what shows between two values shows where
+ * a step leads out of the box, or into it. */
+static void test_boxes(void **state)
+{
+    (void)state;
+    static uint16_t voxels[NX * NY * NZ];
+    for (int i = 0; i < NX * NY * NZ; i++) {
+        const int at[3] = {i % NX, i / NX % NY, i / NX / NY};
+        bool inside = true;
+        for (int a = 0; a < 3; a++)
+            inside = inside && at[a] / 16 % 2 == 0 && at[a] % 16 != 0;
+        voxels[i] = inside ? (uint16_t)(900 + noise64(11, (uint64_t)i) % 100) : 0;
+    }
+    check(BRICK_U16, voxels, 300.0, 1.0);
+}
+
 /* Single voxels, a whole brick and a plane that are not finite. */
 static void test_nonfinite(void **state)
 {
@@ -255,8 +275,8 @@ static void test_nonfinite(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_i16),       cmocka_unit_test(test_u8),     cmocka_unit_test(test_f32),
-        cmocka_unit_test(test_nonfinite), cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_i16),   cmocka_unit_test(test_u8),        cmocka_unit_test(test_f32),
+        cmocka_unit_test(test_boxes), cmocka_unit_test(test_nonfinite), cmocka_unit_test(test_passes),
     };
     return cmocka_run_group_tests_name("raycast_invariance", tests, NULL, NULL);
 }

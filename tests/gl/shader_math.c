@@ -6,76 +6,13 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
 
-#include "buffer.h"
 #include "memory_source.h"
-#include "program.h"
+#include "shader_bench.h"
 #include "shaders.h"
-#include "target.h"
-
-#define EDGE 256
-
-struct bench {
-    struct vr_context *context;
-    struct vr_target target;
-};
-
-static int setup(void **state)
-{
-    struct brick_error err = {0};
-    struct bench *b = calloc(1, sizeof *b);
-    *state = b;
-    if (vr_context_create(&b->context, VR_CONTEXT_AUTO, &err)) {
-        print_message("no context: %s\n", err.message);
-        return 0;
-    }
-    assert_int_equal(vr_context_bind(b->context, &err), 0);
-    assert_int_equal(vr_target_init(&b->target, b->context, EDGE, EDGE, false, &err), 0);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    struct bench *b = *state;
-    if (b->context) {
-        vr_target_finish(&b->target, b->context);
-        vr_context_unbind(b->context);
-        vr_context_destroy(&b->context);
-    }
-    free(b);
-    return 0;
-}
-
-/* Run main_text over EDGE x EDGE words of input; each gives a vec4. */
-static void run(struct bench *b, struct vr_shader_part part, const char *main_text, const uint32_t *input,
-                float *output)
-{
-    struct brick_error err = {0};
-    const struct vr_shader_part parts[2] = {part, {"test", main_text}};
-    static uint32_t numbers[2 * EDGE * EDGE];
-    static uint32_t flags[EDGE / VR_TARGET_TILE * (EDGE / VR_TARGET_TILE)];
-    GLuint program;
-    struct vr_buffer buffer = {0};
-    memset(flags, 1, sizeof flags);
-    if (vr_program_create(b->context, "", &(struct vr_program_source){.fragment = parts, .fragment_count = 2},
-                          &program, &err))
-        fail_msg("%s", err.message);
-    assert_int_equal(
-        vr_buffer_write(&buffer, b->context, GL_R32UI, input, EDGE * EDGE * sizeof *input, "test", &err), 0);
-    vr_buffer_use(&buffer, b->context, 0);
-    b->context->gl.UseProgram(program);
-    vr_target_use(&b->target, b->context, 0, 1);
-    vr_target_draw(&b->target, b->context, EDGE, EDGE, flags, EDGE / VR_TARGET_TILE, VR_TARGET_DEPTH_OFF);
-    vr_target_read(&b->target, b->context, EDGE, EDGE, output, EDGE, numbers);
-    b->context->gl.UseProgram(0);
-    b->context->gl.DeleteProgram(program);
-    vr_buffer_finish(&buffer, b->context);
-    assert_int_equal(vr_context_check(b->context, "test", &err), 0);
-}
 
 static double ulps(float got, double want)
 {
@@ -87,9 +24,9 @@ static double ulps(float got, double want)
 /* Depths from 1e-30 to 85, uniform in the logarithm, and all eighths around reduction steps. */
 static void test_exponential(void **state)
 {
-    struct bench *b = *state;
-    static float x[EDGE * EDGE], out[4 * EDGE * EDGE];
-    static uint32_t bits[EDGE * EDGE];
+    struct shader_bench *b = *state;
+    static float x[BENCH_COUNT], out[4 * BENCH_COUNT];
+    static uint32_t bits[BENCH_COUNT];
     static const char text[] =
         "uniform usamplerBuffer inputs;\n"
         "layout(rgba32ui, binding = 0) uniform uimage2D words;\n"
@@ -99,15 +36,16 @@ static void test_exponential(void **state)
         "    imageStore(words, ivec2(gl_FragCoord.xy),\n"
         "               floatBitsToUint(vec4(exponential(-x), opacity(x), exp(-x), 0.0)));\n"
         "}\n";
+    const struct vr_shader_part parts[] = {{"exponential", vr_shader_exponential}, {"test", text}};
     double worst_exp = 0.0, worst_opacity = 0.0, worst_builtin = 0.0;
     if (!b->context)
         skip();
-    for (int i = 0; i < EDGE * EDGE; i++)
-        x[i] = i < EDGE * EDGE / 2 ? (float)exp(log(1e-30) + (log(85.0) - log(1e-30)) * i / (EDGE * EDGE / 2))
-                                   : (float)(i - EDGE * EDGE / 2) * (85.0f / (EDGE * EDGE / 2));
+    for (int i = 0; i < BENCH_COUNT; i++)
+        x[i] = i < BENCH_COUNT / 2 ? (float)exp(log(1e-30) + (log(85.0) - log(1e-30)) * i / (BENCH_COUNT / 2))
+                                   : (float)(i - BENCH_COUNT / 2) * (85.0f / (BENCH_COUNT / 2));
     memcpy(bits, x, sizeof bits);
-    run(b, (struct vr_shader_part){"exponential", vr_shader_exponential}, text, bits, out);
-    for (int i = 0; i < EDGE * EDGE; i++) {
+    bench_run(b, "", parts, 2, 1, bits, out);
+    for (int i = 0; i < BENCH_COUNT; i++) {
         worst_exp = fmax(worst_exp, ulps(out[4 * i], exp(-(double)x[i])));
         worst_builtin = fmax(worst_builtin, ulps(out[4 * i + 2], exp(-(double)x[i])));
         worst_opacity = fmax(worst_opacity, ulps(out[4 * i + 1], -expm1(-(double)x[i])));
@@ -127,9 +65,9 @@ static __int128 from_words(uint32_t cell, uint32_t fraction, uint32_t tail)
 /* first + k * step, by leaps and by single steps, first - step, and half of it, against 128-bit integers. */
 static void test_fixed(void **state)
 {
-    struct bench *b = *state;
-    static float out[4 * EDGE * EDGE];
-    static uint32_t in[EDGE * EDGE];
+    struct shader_bench *b = *state;
+    static float out[4 * BENCH_COUNT];
+    static uint32_t in[BENCH_COUNT];
     static const char text[] =
         "uniform usamplerBuffer inputs;\n"
         "uint word(int i) { return texelFetch(inputs, i).r; }\n"
@@ -152,12 +90,13 @@ static void test_fixed(void **state)
         "    imageStore(words, ivec2(gl_FragCoord.xy),\n"
         "               floatBitsToUint(vec4(rest & 65535u, rest >> 16, w.z & 65535u, w.z >> 16)));\n"
         "}\n";
+    const struct vr_shader_part parts[] = {{"fixed", vr_shader_fixed}, {"test", text}};
     if (!b->context)
         skip();
-    for (uint32_t i = 0; i < EDGE * EDGE; i++)
+    for (uint32_t i = 0; i < BENCH_COUNT; i++)
         in[i] = (uint32_t)noise64(7, i);
-    run(b, (struct vr_shader_part){"fixed", vr_shader_fixed}, text, in, out);
-    for (uint32_t j = 0; j < EDGE * EDGE; j += 8) {
+    bench_run(b, "", parts, 2, 1, in, out);
+    for (uint32_t j = 0; j < BENCH_COUNT; j += 8) {
         const uint32_t *w = in + j;
         __int128 a = from_words(w[0], w[1], w[2]),
                  s = from_words((uint32_t)((int32_t)w[3] >> 24), w[4], w[5]);
@@ -179,8 +118,8 @@ static void test_fixed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_exponential, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_fixed, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_exponential, bench_setup, bench_teardown),
+        cmocka_unit_test_setup_teardown(test_fixed, bench_setup, bench_teardown),
     };
     return cmocka_run_group_tests_name("shader_math", tests, NULL, NULL);
 }

@@ -269,6 +269,7 @@ static void obj_damaged(void **state)
         {"v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", "line 2: not finite"},
         {"v 0 0 0\nv 1 1e999 0\nv 0 1 0\nf 1 2 3\n", "line 2: not finite"},
         {"v 0 0 0\nv 1 zero 0\nv 0 1 0\nf 1 2 3\n", "line 2: not finite"},
+        {"v 0 0 0\nv 1 0x10 0\nv 0 1 0\nf 1 2 3\n", "line 2: not finite"},
         {"v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "line 2: fewer"},
         {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "vertex 4 of 3"},
         {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "vertex -4 of 3"},

@@ -64,6 +64,14 @@ enum vr_setup {
                        */
 };
 
+/* Where along the way from voxels to a colour the transfer function comes. */
+enum vr_classification {
+    VR_CLASSIFY_POST,         /* of the field's value at each sample */
+    VR_CLASSIFY_PRE,          /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
+    VR_CLASSIFY_PREINTEGRATED /* of all values between two samples, the field being linear from one to the
+                                 other */
+};
+
 /* How it is computed: speed against error. */
 struct vr_quality {
     enum vr_method method;
@@ -78,6 +86,7 @@ struct vr_quality {
                        and, what float32 lacks, G; A is 1 where there is a hit. No meshes. */
     enum vr_setup setup; /* raycast, multipass; the same picture */
     uint32_t pass_steps; /* multipass: samples a ray and pass, 1 to VR_MAX_PASS_STEPS */
+    enum vr_classification classification;
 };
 #define VR_MAX_PASS_STEPS 1500
 extern const struct vr_quality vr_quality_defaults;
@@ -124,7 +133,8 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
  * raycast and multipass: in passes, between which the bricks come that rays need; the picture is the same
- * bytes for both, and for all sizes of the caches. */
+ * bytes for both, and for all sizes of the caches. Pre-integrated classification goes with dvr and shaded,
+ * and with steps that move by a voxel of the level at most along each of its axes. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 
@@ -135,9 +145,9 @@ int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const 
  * untouched since the last. The final picture has the bytes of vr_render, which is begin, and continue
  * without a budget.
  *
- * scene->transfer lives until the picture is final or another begins. report counts from begin on. After an
- * error of continue, or a final picture, the next call is begin. Methods other than raycasting know no
- * budget: their first picture is final. */
+ * scene->transfer and scene->meshes live until the picture is final or another begins. report counts from
+ * begin on. After an error of continue, or a final picture, the next call is begin. Methods other than
+ * raycasting know no budget: their first picture is final. */
 struct vr_budget {
     double seconds;        /* kept but for a pass over the rays and a look; 0: any */
     uint64_t upload_bytes; /* of bricks into the GPU cache, one brick at least and those that stand in apart;

@@ -20,8 +20,9 @@
 #include "march.h"
 #include "shaders.h"
 
-/* Leaps of one intermediate pass; see raycast.c. */
-#define LEAPS_A_PASS 1500
+/* Of one pass; see vr_march_far. */
+#define LEAPS_A_PASS        1500
+#define PREINTEGRATED_STEPS 1000
 
 static int draw(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
                 struct brick_error *err)
@@ -33,11 +34,13 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
                                                   .fragment_count = sizeof stop_parts / sizeof *stop_parts},
                                           main = {.fragment = main_parts,
                                                   .fragment_count = sizeof main_parts / sizeof *main_parts};
-    const uint32_t steps = frame->quality->pass_steps;
+    uint32_t steps = frame->quality->pass_steps;
     char leaps_define[64], steps_define[64];
     if (steps < 1 || steps > VR_MAX_PASS_STEPS)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%u steps a pass; 1 to %d are possible", steps,
                           VR_MAX_PASS_STEPS);
+    if (frame->prefixes && steps > PREINTEGRATED_STEPS)
+        steps = PREINTEGRATED_STEPS;
     snprintf(leaps_define, sizeof leaps_define, "#define LEAPS_A_PASS %d\n", LEAPS_A_PASS);
     snprintf(steps_define, sizeof steps_define, "#undef SKIP\n#define STEPS_A_PASS %u\n", steps);
     const struct vr_march_pass passes[] = {{&stop, leaps_define, VR_TARGET_DEPTH_WRITE},

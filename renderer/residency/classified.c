@@ -1,17 +1,16 @@
 /* Two queries classify alike when mode, isovalue and transfer function are the same, whatever the level. */
-#include "classification.h"
+#include "classified.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static bool same(const struct vr_classification *c, const struct brick_active_query *q, size_t count)
+static bool same(const struct vr_classified *c, const struct brick_active_query *q, size_t count)
 {
     return c->number && c->mode == q->mode && (q->mode != BRICK_MODE_ISO || c->isovalue == q->isovalue) &&
            c->count == count && (!count || !memcmp(c->knots, q->transfer->knots, count * sizeof *c->knots));
 }
 
-int vr_classification_set(struct vr_classification *c, const struct brick_active_query *q,
-                          struct brick_error *err)
+int vr_classified_set(struct vr_classified *c, const struct brick_active_query *q, struct brick_error *err)
 {
     const size_t count = q->transfer && q->mode != BRICK_MODE_ISO ? q->transfer->count : 0;
     if (same(c, q, count))
@@ -22,12 +21,12 @@ int vr_classification_set(struct vr_classification *c, const struct brick_active
     if (count)
         memcpy(knots, q->transfer->knots, count * sizeof *knots);
     free(c->knots);
-    *c = (struct vr_classification){c->number + 1, q->mode, q->isovalue, knots, count};
+    *c = (struct vr_classified){c->number + 1, q->mode, q->isovalue, knots, count};
     return BRICK_OK;
 }
 
-void vr_classification_finish(struct vr_classification *c)
+void vr_classified_finish(struct vr_classified *c)
 {
     free(c->knots);
-    *c = (struct vr_classification){0};
+    *c = (struct vr_classified){0};
 }
