@@ -12,6 +12,7 @@ static const struct command {
     {"convert", "turn a volume into a .brick file", cmd_convert},
     {"info", "say what is in a .brick file", cmd_info},
     {"verify", "check every checksum, range and border of a .brick file", cmd_verify},
+    {"repair", "make a whole .brick file of a damaged one", cmd_repair},
     {"export", "write a .brick file's voxels as raw, NRRD or MetaImage", cmd_export},
     {"render", "make a picture of a .brick file", cmd_render},
     {"compare", "measure the difference of two pictures", cmd_compare},
@@ -39,10 +40,17 @@ static const struct command *find(const char *name)
 
 static int unknown(const char *name)
 {
-    const char *near = NULL; /* same start: most slips are at the end */
-    for (size_t i = 0; i < COMMANDS && !near; i++)
-        if (!strncmp(name, commands[i].name, 2))
+    const char *near = NULL; /* the longest same start: most slips are at the end */
+    size_t alike = 1;
+    for (size_t i = 0; i < COMMANDS; i++) {
+        size_t n = 0;
+        while (name[n] && name[n] == commands[i].name[n])
+            n++;
+        if (n > alike) {
+            alike = n;
             near = commands[i].name;
+        }
+    }
     if (near)
         fprintf(stderr, "brick: unknown command '%s'; did you mean '%s'? See 'brick help'\n", name, near);
     else

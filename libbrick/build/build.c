@@ -38,10 +38,40 @@ struct builder {
     struct pyramid pyramid;
     struct kept kept;
     unsigned threads;
-    struct encoder *encoders; /* one a thread */
-    struct tally *tallies;    /* one a thread */
-    struct costs *costs;      /* one a thread */
+    struct encoder *encoders;      /* one a thread */
+    struct tally *tallies;         /* one a thread */
+    struct costs *costs;           /* one a thread */
+    struct brick_scratch *scratch; /* one a thread: stored bytes of bricks that are kept */
 };
+
+/* A brick as another file has it. Level 0's count for the statistics all the same. */
+static int keep_brick(struct builder *b, uint64_t id, struct encoded *out, unsigned worker,
+                      struct brick_error *err)
+{
+    struct encoder *e = &b->encoders[worker];
+    struct brick_place place;
+    brick_grid_place(&b->grid, id, &place);
+    *out = (struct encoded){.id = id,
+                            .ready = out->ready,
+                            .level0 = place.level == 0,
+                            .entry = *brick_volume_entry(b->params.keep_from, id),
+                            .payload = out->payload};
+    out->bytes = out->entry.bytes;
+    int code = brick_volume_read(b->params.keep_from, id, e->payload, &b->scratch[worker], err);
+    if (!code && out->bytes > brick_codec_bound(b->params.codec, brick_grid_max_payload_bytes(&b->grid)))
+        code = brick_fail_at(err, BRICK_ERR_FORMAT, BRICK_NO_OFFSET, id,
+                             "brick %llu: %zu bytes are too many for a payload", (unsigned long long)id,
+                             out->bytes);
+    if (code)
+        return code;
+    if (out->bytes)
+        memcpy(out->payload, b->scratch[worker].data, out->bytes);
+    if (out->level0)
+        out->entry.nonfinite =
+            tally_brick(&b->tallies[worker], e->kernels, &b->grid, &place, e->payload,
+                        e->payload + brick_place_voxel_bytes(&b->grid, &place), &out->moments);
+    return BRICK_OK;
+}
 
 static int encode_one(void *context, const struct window *window, uint64_t id, uint64_t ticket,
                       unsigned worker, struct brick_error *err)
@@ -52,8 +82,10 @@ static int encode_one(void *context, const struct window *window, uint64_t id, u
     b->costs[worker].wait_write_ns += brick_now_ns() - start;
     if (!out)
         return drain_flush(&b->drain, ticket, err);
-    int code = encode_brick(&b->encoders[worker], &b->grid, window, id, b->params.codec,
-                            b->params.codec_level, &b->tallies[worker], out, &b->costs[worker], err);
+    int code = b->params.keep && b->params.keep[id]
+                   ? keep_brick(b, id, out, worker, err)
+                   : encode_brick(&b->encoders[worker], &b->grid, window, id, b->params.codec,
+                                  b->params.codec_level, &b->tallies[worker], out, &b->costs[worker], err);
     if (!code)
         drain_ready(&b->drain, ticket);
     return code;
@@ -82,7 +114,9 @@ static int builder_init(struct builder *b, struct brick_source *source, const ch
 {
     memset(b, 0, sizeof *b);
     b->params = *params;
-    if (brick_codec_is_lossy(params->codec) != (params->tolerance > 0.0) || isinf(params->tolerance))
+    bool lossy = params->tolerance > 0.0;
+    if ((brick_codec_is_lossy(params->codec) != lossy && !(params->keep && lossy)) ||
+        isinf(params->tolerance))
         return brick_fail(err, BRICK_ERR_ARGUMENT,
                           "codec %s with a tolerance of %g: only zfp takes one, and needs it",
                           brick_codec_name(params->codec), params->tolerance);
@@ -100,7 +134,8 @@ static int builder_init(struct builder *b, struct brick_source *source, const ch
     b->encoders = calloc(b->threads, sizeof *b->encoders);
     b->tallies = calloc(b->threads, sizeof *b->tallies);
     b->costs = aligned_alloc(_Alignof(struct costs), b->threads * sizeof *b->costs);
-    if (!b->encoders || !b->tallies || !b->costs)
+    b->scratch = calloc(b->threads, sizeof *b->scratch);
+    if (!b->encoders || !b->tallies || !b->costs || !b->scratch)
         return brick_fail(err, BRICK_ERR_MEMORY, "out of memory");
     memset(b->costs, 0, b->threads * sizeof *b->costs);
     for (unsigned t = 0; t < b->threads; t++)
@@ -147,10 +182,13 @@ static uint64_t builder_finish(struct builder *b, bool leave)
             encoder_finish(&b->encoders[t]);
         if (b->tallies)
             tally_finish(&b->tallies[t]);
+        if (b->scratch)
+            brick_scratch_finish(&b->scratch[t]);
     }
     free(b->encoders);
     free(b->tallies);
     free(b->costs);
+    free(b->scratch);
     if (b->writer && leave)
         left = brick_writer_leave(b->writer);
     brick_writer_destroy(&b->writer);
@@ -260,7 +298,7 @@ int brick_build(struct brick_source *source, const char *path, const struct bric
     tally_result(b.tallies, b.threads, b.grid.type, voxels, b.drain.min, b.drain.max, &b.drain.moments,
                  &stats);
     char codec[96] = "", *provenance = NULL;
-    if (params->tolerance > 0.0)
+    if (params->tolerance > 0.0 && !params->keep)
         snprintf(codec, sizeof codec, "codec: %s, no value off by more than %.17g\n",
                  brick_codec_name(params->codec), params->tolerance);
     if (asprintf(&provenance, "%s%s", source->provenance ? source->provenance : "", codec) < 0) {

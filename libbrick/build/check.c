@@ -5,14 +5,13 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <xxhash.h>
 
 #include <brick/threads.h>
 
-#include "encode.h"
+#include "agree.h"
 #include "lossy.h"
 
-enum { BATCH_A_THREAD = 32 };
+enum { BATCH_A_THREAD = 256 };
 
 struct slabs {
     uint64_t low[3], high[3]; /* hash of the first and last 2 * border voxels along each axis */
@@ -41,99 +40,6 @@ static int contradiction(const struct checker *c, uint64_t id, const struct bric
                          "%s: brick %llu (level %u, %llu,%llu,%llu): %s", brick_volume_path(c->volume),
                          (unsigned long long)id, p->level, (unsigned long long)p->at[0],
                          (unsigned long long)p->at[1], (unsigned long long)p->at[2], what);
-}
-
-static uint64_t hash_slab(const struct checker *c, const struct brick_place *p, const unsigned char *voxels,
-                          int axis, bool high, unsigned char *slab)
-{
-    size_t width = brick_type_bytes(c->grid->type), n = 0;
-    uint32_t from[3] = {0}, to[3] = {p->stored[0], p->stored[1], p->stored[2]}, thick = 2 * c->grid->border;
-    from[axis] = high ? p->stored[axis] - thick : 0;
-    to[axis] = from[axis] + thick;
-    for (uint32_t z = from[2]; z < to[2]; z++)
-        for (uint32_t y = from[1]; y < to[1]; y++) {
-            size_t at = ((size_t)z * p->stored[1] + y) * p->stored[0] + from[0],
-                   row = (to[0] - from[0]) * width;
-            memcpy(slab + n, voxels + at * width, row);
-            n += row;
-        }
-    return XXH3_64bits(slab, n);
-}
-
-/* Do voxels beyond the volume's edge repeat it? */
-static bool edge_repeats(const struct checker *c, const struct brick_place *p, const unsigned char *voxels)
-{
-    const struct brick_level *level = &c->grid->level[p->level];
-    size_t width = brick_type_bytes(c->grid->type);
-    uint32_t lo[3], hi[3]; /* stored voxels inside the volume: [lo, hi] */
-    bool inner = true;
-    for (int a = 0; a < 3; a++) {
-        lo[a] = p->at[a] == 0 ? c->grid->border : 0;
-        hi[a] = p->at[a] + 1 == level->bricks[a] ? p->stored[a] - c->grid->border - 1 : p->stored[a] - 1;
-        /* a short last brick: its neighbour's border also reaches beyond the edge */
-        int64_t beyond = p->lo[a] + p->stored[a] - (int64_t)level->dims[a];
-        if (beyond > 0)
-            hi[a] = p->stored[a] - 1 - (uint32_t)beyond;
-        inner = inner && lo[a] == 0 && hi[a] == p->stored[a] - 1;
-    }
-    if (inner)
-        return true;
-    for (uint32_t z = 0; z < p->stored[2]; z++)
-        for (uint32_t y = 0; y < p->stored[1]; y++) {
-            uint32_t cy = y < lo[1]   ? lo[1]
-                          : y > hi[1] ? hi[1]
-                                      : y,
-                     cz = z < lo[2]   ? lo[2]
-                          : z > hi[2] ? hi[2]
-                                      : z;
-            const unsigned char *row = voxels + ((size_t)z * p->stored[1] + y) * p->stored[0] * width;
-            const unsigned char *core = voxels + ((size_t)cz * p->stored[1] + cy) * p->stored[0] * width;
-            for (uint32_t x = 0; x < p->stored[0]; x++) {
-                uint32_t cx = x < lo[0] ? lo[0] : x > hi[0] ? hi[0] : x;
-                if (memcmp(row + x * width, core + cx * width, width) != 0 &&
-                    !lossy_agree(c->grid->type, row + x * width, core + cx * width, 1, c->tolerance))
-                    return false;
-            }
-        }
-    return true;
-}
-
-/* The file's macrocells and entry against those that the voxels give: equal at level 0, no narrower above it.
- */
-static const char *ranges_wrong(const struct checker *c, uint64_t id, const struct brick_place *p,
-                                unsigned worker)
-{
-    const struct brick_entry *entry = brick_volume_entry(c->volume, id);
-    struct encoder *s = &c->scratch[worker];
-    size_t voxel_bytes = brick_place_voxel_bytes(c->grid, p);
-    size_t cells = (size_t)p->macrocells[0] * p->macrocells[1] * p->macrocells[2];
-    const unsigned char *stored = s->payload + voxel_bytes;
-    unsigned char *found = c->macrocells[worker];
-    enum brick_type type = c->grid->type;
-    struct brick_entry own = {0};
-    encode_ranges(c->grid, p, s->payload, NULL, NULL, found, s, &own);
-    if (p->level == 0) {
-        if (memcmp(stored, found, cells * 2 * brick_type_bytes(type)) != 0)
-            return "its macrocell ranges are not those of its voxels";
-        if (own.min != entry->min || own.max != entry->max)
-            return "its range in the index is not that of its voxels";
-        if (own.mask != entry->mask)
-            return "its occupancy mask is not that of its voxels";
-        return NULL;
-    }
-    if (entry->nonfinite || (entry->mask == 0) != !(entry->min <= entry->max))
-        return "its mask or its count of NaN and Inf is impossible";
-    double min = INFINITY, max = -INFINITY;
-    for (size_t i = 0; i < cells; i++) {
-        double lo = brick_type_load(type, stored, 2 * i), hi = brick_type_load(type, stored, 2 * i + 1);
-        if (brick_type_load(type, found, 2 * i) < lo || brick_type_load(type, found, 2 * i + 1) > hi)
-            return "a macrocell range is narrower than its voxels";
-        min = fmin(min, lo);
-        max = fmax(max, hi);
-    }
-    return min == (double)entry->min && max == (double)entry->max
-               ? NULL
-               : "its range in the index is not its macrocells'";
 }
 
 /* A lossy file's neighbours hold slightly different voxels, so hashes will not do: compare with each of the
@@ -179,17 +85,19 @@ static int check_item(void *context, uint64_t item, unsigned worker, struct bric
     int code = brick_volume_read(c->volume, id, voxels, &c->read[worker], err);
     if (code)
         return code;
-    const char *wrong = ranges_wrong(c, id, &p, worker);
+    struct brick_entry own;
+    const char *wrong = agree_ranges(c->grid, &p, brick_volume_entry(c->volume, id), &c->scratch[worker],
+                                     c->macrocells[worker], &own);
     if (wrong)
         return contradiction(c, id, &p, wrong, err);
-    if (!edge_repeats(c, &p, voxels))
+    if (!agree_edge_repeats(c->grid, &p, voxels, c->tolerance))
         return contradiction(c, id, &p, "its border does not repeat the volume's edge", err);
     struct slabs *slabs = &c->slabs[id - c->slabs_first];
     if (c->tolerance > 0.0 && (code = check_overlaps(c, id, &p, worker, err)))
         return code;
     for (int a = 0; c->tolerance == 0.0 && a < 3; a++) {
-        slabs->low[a] = hash_slab(c, &p, voxels, a, false, c->slab[worker]);
-        slabs->high[a] = hash_slab(c, &p, voxels, a, true, c->slab[worker]);
+        slabs->low[a] = agree_face(c->grid, &p, voxels, a, false, false, c->slab[worker]).hash;
+        slabs->high[a] = agree_face(c->grid, &p, voxels, a, true, false, c->slab[worker]).hash;
     }
     if (p.level == 0) {
         uint32_t nonfinite = tally_brick(&c->tallies[worker], c->scratch[worker].kernels, c->grid, &p, voxels,
@@ -265,7 +173,7 @@ static int checker_init(struct checker *c, const struct brick_volume *volume, un
     *c = (struct checker){.volume = volume, .grid = grid};
     if (brick_volume_tolerance(volume) > 0.0)
         c->tolerance = brick_codec_tolerance(grid->type, grid->slope, brick_volume_tolerance(volume));
-    size_t side = grid->edge + 2 * grid->border, payload = brick_grid_max_payload_bytes(grid);
+    size_t payload = brick_grid_max_payload_bytes(grid);
     c->scratch = calloc(threads, sizeof *c->scratch);
     c->read = calloc(threads, sizeof *c->read);
     c->tallies = calloc(threads, sizeof *c->tallies);
@@ -280,7 +188,7 @@ static int checker_init(struct checker *c, const struct brick_volume *volume, un
         int code = encoder_init(&c->scratch[t], kernels_best(), grid, err);
         if (code || (code = tally_init(&c->tallies[t], err)))
             return code;
-        c->slab[t] = malloc(side * side * 2 * grid->border * brick_type_bytes(grid->type));
+        c->slab[t] = malloc(agree_face_bytes(grid));
         c->macrocells[t] = malloc(payload);
         c->neighbour[t] = c->tolerance > 0.0 ? malloc(payload) : NULL;
         ok = c->slab[t] && c->macrocells[t] && (c->neighbour[t] || c->tolerance == 0.0);

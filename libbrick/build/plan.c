@@ -79,7 +79,8 @@ static uint64_t coarse_bytes(const struct brick_grid *grid, uint32_t l, const ui
 
 struct planner {
     const struct brick_grid *grid;
-    size_t source_width; /* bytes; 0 when voxels need no conversion */
+    size_t source_width;  /* bytes; 0 when voxels need no conversion */
+    uint64_t held_slices; /* by the source */
     uint64_t fixed, budget;
 };
 
@@ -93,6 +94,7 @@ static void add_up(const struct planner *p, struct plan *plan)
     plan->staging_bytes = p->source_width ? most(mul(voxels, p->source_width), STAGING_BYTES) : 0;
     plan->in_bytes = plan->out_bytes = 0;
     uint64_t sum = add(p->fixed, plan->staging_bytes);
+    sum = add(sum, mul(p->held_slices, mul(voxels, brick_type_bytes(grid->type))));
     sum = add(sum, plan->boxes ? mul(2, plan->box_bytes) : mul(plan->ring_slices, slice_bytes(grid, 0)));
     for (uint32_t l = 1; l < grid->levels; l++)
         if (l < plan->first_in_memory) {
@@ -178,6 +180,7 @@ int plan_make(struct plan *plan, const struct brick_grid *grid, const struct bri
     uint64_t payload = brick_grid_max_payload_bytes(grid), bound = brick_codec_bound(params->codec, payload);
     struct planner p = {.grid = grid,
                         .source_width = source->type == grid->type ? 0 : brick_type_bytes(source->type),
+                        .held_slices = source->held_slices,
                         .budget = params->memory_bytes};
     *plan = (struct plan){.slots = SLOTS_A_THREAD * threads};
     uint64_t affordable = p.budget / 8 / bound; /* the queue takes an eighth of the budget at most */
@@ -185,7 +188,7 @@ int plan_make(struct plan *plan, const struct brick_grid *grid, const struct bri
     p.fixed = PROGRAM_BYTES + (uint64_t)(threads + 2) * THREAD_BYTES;
     p.fixed =
         add(p.fixed, threads * (encoder_bytes(grid) + tally_bytes() + codec_bytes(params->codec, payload)));
-    p.fixed = add(p.fixed, params->resume ? threads * bound : 0);
+    p.fixed = add(p.fixed, params->resume || params->keep ? threads * bound : 0); /* stored bytes */
     p.fixed = add(p.fixed, plan->slots * (bound + sizeof(struct encoded)));
     p.fixed = add(p.fixed, mul(grid->bricks, sizeof(struct brick_entry)));
     bool room = p.fixed <= p.budget;

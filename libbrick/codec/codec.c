@@ -117,6 +117,30 @@ double brick_codec_tolerance(enum brick_type type, double slope, double physical
     return e;
 }
 
+size_t brick_codec_measure(enum brick_codec codec, const struct brick_codec_shape *shape, const void *src,
+                           size_t src_bytes)
+{
+    if ((unsigned)codec >= BRICK_CODEC_COUNT || brick_codec_is_lossy(codec))
+        return 0;
+    if (!codecs[codec].compressor)
+        return shape && src_bytes >= shape->bytes ? shape->bytes : 0;
+    size_t holds, bytes, block, width;
+    int flags;
+    if (src_bytes < BLOSC_MIN_HEADER_LENGTH)
+        return 0;
+    blosc_cbuffer_sizes(src, &holds, &bytes, &block);
+    blosc_cbuffer_metainfo(src, &width, &flags);
+    const char *library = blosc_cbuffer_complib(src);
+    int shuffle = flags & BLOSC_DOBITSHUFFLE ? BLOSC_BITSHUFFLE : flags & BLOSC_DOSHUFFLE ? BLOSC_SHUFFLE : 0;
+    bool lz4 = library && strcmp(library, BLOSC_LZ4_LIBNAME) == 0,
+         zstd = library && strcmp(library, BLOSC_ZSTD_LIBNAME) == 0;
+    bool fits = (!shape || (holds == shape->bytes && width == brick_type_bytes(shape->type))) &&
+                shuffle == codecs[codec].shuffle && bytes >= BLOSC_MIN_HEADER_LENGTH &&
+                (!shape || bytes <= src_bytes) &&
+                (strcmp(codecs[codec].compressor, BLOSC_LZ4_COMPNAME) == 0 ? lz4 : zstd);
+    return fits ? bytes : 0;
+}
+
 int brick_codec_decode(enum brick_codec codec, const struct brick_codec_shape *shape, const void *src,
                        size_t src_bytes, void *dst, struct brick_error *err)
 {

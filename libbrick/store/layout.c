@@ -152,6 +152,45 @@ int layout_get_header(struct layout_header *h, const unsigned char src[LAYOUT_HE
     return BRICK_OK;
 }
 
+static uint64_t header_sum(const unsigned char bytes[LAYOUT_HEADER_BYTES])
+{
+    const unsigned char *end = bytes + LAYOUT_HEADER_BYTES - 8;
+    return get_u64(&end);
+}
+
+bool layout_mend_header(unsigned char bytes[LAYOUT_HEADER_BYTES])
+{
+    static const unsigned char zeros[LAYOUT_HEADER_BYTES];
+    const size_t summed = LAYOUT_HEADER_BYTES - 8;
+    uint64_t sum = XXH3_64bits(bytes, summed);
+    if (sum == header_sum(bytes) || memcmp(bytes, zeros, LAYOUT_HEADER_BYTES) == 0)
+        return false;
+    /* What is common to all headers is what an empty one has. */
+    unsigned char common[LAYOUT_HEADER_BYTES], mended[LAYOUT_HEADER_BYTES];
+    layout_put_header(&(struct layout_header){0}, common);
+    memcpy(mended, bytes, sizeof mended);
+    memcpy(mended, common, 16);
+    memcpy(mended + 44, common + 44, 12);
+    memset(mended + 296, 0, summed - 296);
+    sum = XXH3_64bits(mended, summed);
+    bool found = sum == header_sum(mended);
+    for (size_t i = 16; !found && i < 296; i++)
+        for (unsigned v = 0, was = mended[i]; !found && v < 256; v++) {
+            mended[i] = (unsigned char)v;
+            found = XXH3_64bits(mended, summed) == header_sum(mended);
+            if (!found)
+                mended[i] = (unsigned char)was;
+        }
+    for (int shift = 0; !found && shift < 64; shift += 8) /* a byte of the checksum itself? */
+        if (((sum ^ header_sum(mended)) & ~(UINT64_C(255) << shift)) == 0) {
+            put_u64(mended + summed, sum);
+            found = true;
+        }
+    if (found)
+        memcpy(bytes, mended, sizeof mended);
+    return found;
+}
+
 void layout_put_level(const struct brick_level *level, unsigned char dst[LAYOUT_LEVEL_BYTES])
 {
     for (int a = 0; a < 3; a++)

@@ -31,6 +31,9 @@ struct layout_header {
 void layout_put_header(const struct layout_header *header, unsigned char dst[LAYOUT_HEADER_BYTES]);
 int layout_get_header(struct layout_header *header, const unsigned char src[LAYOUT_HEADER_BYTES],
                       const char *file, struct brick_error *err);
+/* Put right what is wrong, if it is bytes that every header has in common and one more: true when something
+ * was. A header that cannot be put right stays as it is. */
+bool layout_mend_header(unsigned char bytes[LAYOUT_HEADER_BYTES]);
 void layout_put_level(const struct brick_level *level, unsigned char dst[LAYOUT_LEVEL_BYTES]);
 void layout_put_entry(const struct brick_entry *entry, unsigned char dst[LAYOUT_ENTRY_BYTES]);
 void layout_get_entry(struct brick_entry *entry, const unsigned char src[LAYOUT_ENTRY_BYTES]);

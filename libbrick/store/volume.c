@@ -12,19 +12,8 @@
 #include <brick/checked.h>
 #include <brick/io.h>
 
-#include "layout.h"
+#include "opened.h"
 #include "payload.h"
-
-struct brick_volume {
-    struct brick_io io;
-    struct brick_grid grid;
-    struct brick_stats stats;
-    uint64_t *histogram;
-    char *provenance;
-    struct brick_entry *entries;
-    uint64_t file_bytes;
-    double tolerance;
-};
 
 static int damaged(const struct brick_volume *v, uint64_t offset, const char *what, struct brick_error *err)
 {
@@ -45,7 +34,7 @@ static int read_table(struct brick_volume *v, const struct layout_extent *extent
     return code;
 }
 
-static int check_extents(struct brick_volume *v, const struct layout_header *h, struct brick_error *err)
+int opened_check_extents(const struct brick_volume *v, const struct layout_header *h, struct brick_error *err)
 {
     const struct layout_extent *t = h->table;
     uint64_t index_bytes = 0;
@@ -67,7 +56,7 @@ static int check_extents(struct brick_volume *v, const struct layout_header *h, 
                            v->io.path);
 }
 
-static int read_levels(struct brick_volume *v, const struct layout_extent *extent, struct brick_error *err)
+int opened_read_levels(struct brick_volume *v, const struct layout_extent *extent, struct brick_error *err)
 {
     unsigned char *bytes = NULL, expected[LAYOUT_LEVEL_BYTES];
     int code = read_table(v, extent, "level table", &bytes, err);
@@ -81,8 +70,7 @@ static int read_levels(struct brick_volume *v, const struct layout_extent *exten
     return code;
 }
 
-/* `expected`: where this entry's payload must start; advanced past it. */
-static bool entry_sane(const struct brick_volume *v, const struct brick_entry *e, uint64_t end,
+bool opened_entry_sane(const struct brick_volume *v, const struct brick_entry *e, uint64_t end,
                        uint64_t *expected)
 {
     enum brick_type type = v->grid.type;
@@ -103,7 +91,7 @@ static bool entry_sane(const struct brick_volume *v, const struct brick_entry *e
     return true;
 }
 
-static int read_index(struct brick_volume *v, const struct layout_extent *extent, uint64_t payload_end,
+int opened_read_index(struct brick_volume *v, const struct layout_extent *extent, uint64_t payload_end,
                       struct brick_error *err)
 {
     enum { CHUNK = 4096 }; /* entries */
@@ -126,7 +114,7 @@ static int read_index(struct brick_volume *v, const struct layout_extent *extent
         XXH3_64bits_update(hash, bytes, n * LAYOUT_ENTRY_BYTES);
         for (size_t i = 0; i < n; i++, id++) {
             layout_get_entry(&v->entries[id], bytes + i * LAYOUT_ENTRY_BYTES);
-            if (bad == BRICK_NO_BRICK && !entry_sane(v, &v->entries[id], payload_end, &expected))
+            if (bad == BRICK_NO_BRICK && !opened_entry_sane(v, &v->entries[id], payload_end, &expected))
                 bad = id;
         }
     }
@@ -142,7 +130,7 @@ done:
     return code;
 }
 
-static int read_stats(struct brick_volume *v, const struct layout_extent *extent, struct brick_error *err)
+int opened_read_stats(struct brick_volume *v, const struct layout_extent *extent, struct brick_error *err)
 {
     unsigned char *bytes = NULL;
     v->histogram = malloc(extent->bytes);
@@ -157,7 +145,7 @@ static int read_stats(struct brick_volume *v, const struct layout_extent *extent
     return code;
 }
 
-static int read_provenance(struct brick_volume *v, const struct layout_extent *extent,
+int opened_read_provenance(struct brick_volume *v, const struct layout_extent *extent,
                            struct brick_error *err)
 {
     unsigned char *bytes = NULL;
@@ -170,6 +158,17 @@ static int read_provenance(struct brick_volume *v, const struct layout_extent *e
     }
     free(bytes);
     return code;
+}
+
+int opened_set_header(struct brick_volume *v, const struct layout_header *h, struct brick_error *err)
+{
+    struct brick_error inner = {0};
+    v->file_bytes = h->file_bytes;
+    v->payload_end = h->table[0].offset;
+    v->tolerance = h->tolerance;
+    if (brick_grid_init(&v->grid, h->type, &h->geometry, h->edge, h->border, h->macrocell, &inner))
+        return brick_fail(err, BRICK_ERR_FORMAT, "%s: impossible header: %.500s", v->io.path, inner.message);
+    return BRICK_OK;
 }
 
 int brick_volume_open(struct brick_volume **volume, const char *path, struct brick_error *err)
@@ -199,18 +198,13 @@ int brick_volume_open(struct brick_volume **volume, const char *path, struct bri
                              path, (unsigned long long)file_bytes, (unsigned long long)h.file_bytes);
         goto fail;
     }
-    v->file_bytes = file_bytes;
-    v->tolerance = h.tolerance;
-    if ((code = brick_grid_init(&v->grid, h.type, &h.geometry, h.edge, h.border, h.macrocell, err))) {
-        struct brick_error inner = err ? *err : (struct brick_error){0};
-        brick_fail(err, BRICK_ERR_FORMAT, "%s: impossible header: %.500s", path, inner.message);
-        code = BRICK_ERR_FORMAT;
+    if ((code = opened_set_header(v, &h, err)))
         goto fail;
-    }
-    if ((code = check_extents(v, &h, err)) || (code = read_levels(v, &h.table[LAYOUT_LEVELS], err)) ||
-        (code = read_index(v, &h.table[LAYOUT_INDEX], h.table[0].offset, err)) ||
-        (code = read_stats(v, &h.table[LAYOUT_STATS], err)) ||
-        (code = read_provenance(v, &h.table[LAYOUT_PROVENANCE], err)))
+    if ((code = opened_check_extents(v, &h, err)) ||
+        (code = opened_read_levels(v, &h.table[LAYOUT_LEVELS], err)) ||
+        (code = opened_read_index(v, &h.table[LAYOUT_INDEX], h.table[0].offset, err)) ||
+        (code = opened_read_stats(v, &h.table[LAYOUT_STATS], err)) ||
+        (code = opened_read_provenance(v, &h.table[LAYOUT_PROVENANCE], err)))
         goto fail;
     *volume = v;
     return BRICK_OK;

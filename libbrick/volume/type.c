@@ -65,6 +65,27 @@ double brick_type_load(enum brick_type type, const void *voxels, size_t i)
     }
 }
 
+void brick_type_store(enum brick_type type, void *voxels, size_t i, double v)
+{
+    switch (type) {
+    case BRICK_U8:
+        ((uint8_t *)voxels)[i] = (uint8_t)v;
+        break;
+    case BRICK_I8:
+        ((int8_t *)voxels)[i] = (int8_t)v;
+        break;
+    case BRICK_U16:
+        ((uint16_t *)voxels)[i] = (uint16_t)v;
+        break;
+    case BRICK_I16:
+        ((int16_t *)voxels)[i] = (int16_t)v;
+        break;
+    default:
+        ((float *)voxels)[i] = (float)v;
+        break;
+    }
+}
+
 void brick_type_swap_bytes(enum brick_type type, void *voxels, size_t n)
 {
     switch (brick_type_bytes(type)) {

@@ -40,6 +40,11 @@ class Paging(cli.Case):
                         self.assertLessEqual(report["passes"], 2 * report["bricks_active"] / bricks + 6)
             self.brick("render", *view, "-o", "a.exr", "--no-skip", "--gpu-cache", str(16 * BRICK_BYTES))
             self.assertEqual(self.read("a.exr"), picture)
+            fast = ["render", *view, "--filter", "fast", "-o"]
+            self.brick(*fast, "fast.exr")
+            self.brick(*fast, "a.exr", "--gpu-cache", str(9 * BRICK_BYTES), "--threads", "1")
+            self.assertEqual(self.read("a.exr"), self.read("fast.exr"))
+            self.assertNotEqual(self.read("a.exr"), picture)
 
     def test_films(self):
         self.brick("synth", "shells", "--size", "70x60x50", "--type", "u8", "--brick", "16", "-o", "a.brick", "--quiet")

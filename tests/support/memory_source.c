@@ -100,27 +100,6 @@ struct brick_volume *build_and_open(struct memory_source *source, const char *na
     return volume;
 }
 
-void store_voxel(enum brick_type type, void *voxels, size_t i, double v)
-{
-    switch (type) {
-    case BRICK_U8:
-        ((uint8_t *)voxels)[i] = (uint8_t)v;
-        break;
-    case BRICK_I8:
-        ((int8_t *)voxels)[i] = (int8_t)v;
-        break;
-    case BRICK_U16:
-        ((uint16_t *)voxels)[i] = (uint16_t)v;
-        break;
-    case BRICK_I16:
-        ((int16_t *)voxels)[i] = (int16_t)v;
-        break;
-    default:
-        ((float *)voxels)[i] = (float)v;
-        break;
-    }
-}
-
 uint64_t noise64(uint64_t seed, uint64_t i)
 {
     uint64_t x = seed + (i + 1) * UINT64_C(0x9e3779b97f4a7c15);

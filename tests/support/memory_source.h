@@ -22,8 +22,10 @@ const char *test_path(const char *name);
 struct brick_volume *build_and_open(struct memory_source *source, const char *name,
                                     const struct brick_build_params *params);
 
-/* voxels[i] = v, in a stored type that holds v. */
-void store_voxel(enum brick_type type, void *voxels, size_t i, double v);
+static inline void store_voxel(enum brick_type type, void *voxels, size_t i, double v)
+{
+    brick_type_store(type, voxels, i, v);
+}
 
 /* Uniform 64-bit noise of a counter (splitmix64). */
 uint64_t noise64(uint64_t seed, uint64_t i);

@@ -5,8 +5,8 @@ cd "$1/libbrick" || exit 1
 base="error checked io threads"
 volume="type grid transfer camera image mesh stats source"
 codec="codec"
-store="volume writer"
-build="build"
+store="volume damaged writer"
+build="build repair"
 stream="active cache loader"
 failed=0
 check() { # room, allowed header names

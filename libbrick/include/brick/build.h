@@ -40,7 +40,12 @@ struct brick_build_params {
     uint64_t memory_bytes; /* budget of everything; BRICK_ERR_MEMORY names what would do */
     unsigned threads;      /* that encode, 0: one a core; two more read and write */
     bool plain;            /* no vectorised loops: the same file, slower */
-    bool resume;           /* keep what an interrupted conversion of the same source has left */
+    /* Bricks with keep[id] set are taken from this volume, of the source's grid, entry and payload as they
+     * are; the others may then be lossless where the tolerance is above 0. Provenance is the source's alone.
+     */
+    const struct brick_volume *keep_from;
+    const unsigned char *keep; /* NULL: none */
+    bool resume;               /* keep what an interrupted conversion of the same source has left */
     /* May be NULL. limit: the stage that has limited so far, as brick_build_limit. */
     void (*progress)(void *context, uint64_t slices_done, uint64_t slices, enum brick_build_stage limit);
     void *progress_context;

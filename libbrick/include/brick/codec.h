@@ -61,6 +61,13 @@ int brick_codec_encode_lossy(enum brick_codec codec, double tolerance, const str
  * types. */
 double brick_codec_tolerance(enum brick_type type, double slope, double physical);
 
+/* Bytes that a payload of this codec and shape takes at the start of src, as its own header tells: at most
+ * src_bytes. 0: there is none. With shape NULL any shape will do, and any size; codec none then tells
+ * nothing. A hint, not a proof: decode it. Never for lossy codecs, whose payloads do not tell; zstd and
+ * zstd-delta look alike. */
+size_t brick_codec_measure(enum brick_codec codec, const struct brick_codec_shape *shape, const void *src,
+                           size_t src_bytes);
+
 /* Decode exactly shape->bytes, or BRICK_ERR_FORMAT; BRICK_ERR_UNSUPPORTED without the library. Safe on
  * hostile input: never reads past src + src_bytes or writes past dst + shape->bytes. */
 int brick_codec_decode(enum brick_codec codec, const struct brick_codec_shape *shape, const void *src,

@@ -19,6 +19,7 @@ struct brick_source {
     enum brick_type type;   /* as in the file, in host byte order once read */
     const char *provenance; /* owned by the source: one "key: value" a line, UTF-8, no paths, no times */
     uint64_t input_bytes;   /* bytes this source will read from disk, for progress; 0 if unknown */
+    uint64_t held_slices;   /* slices of the box last asked for that the source itself holds in memory */
     /* Owned by the source: one line that differs when the voxels may: sizes and times of change of files, how
      * they are read, seeds. Not what geometry, type and provenance say. NULL: unknown. */
     const char *state;

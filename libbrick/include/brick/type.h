@@ -32,6 +32,8 @@ enum brick_type brick_type_from_name(const char *name);
 bool brick_type_is_integer(enum brick_type type);
 /* Value of voxel i of an array of a stored or source type, as double (exact for all of them). */
 double brick_type_load(enum brick_type type, const void *voxels, size_t i);
+/* voxels[i] = v, which a voxel of this stored type can be. */
+void brick_type_store(enum brick_type type, void *voxels, size_t i, double v);
 /* Reverse the bytes of n voxels in place. */
 void brick_type_swap_bytes(enum brick_type type, void *voxels, size_t n);
 
