@@ -19,6 +19,7 @@ const struct vr_quality vr_quality_defaults = {
     .skip = true,
     .refinements = 8,
     .slices = {.planes = VR_PLANES_PAPER, .framebuffer = VR_FRAMEBUFFER_32F, .classified_bits = 32},
+    .pass_steps = 64,
 };
 
 const struct vr_renderer_params vr_renderer_defaults = {

@@ -29,6 +29,7 @@ struct vr_renderer {
 
 static const struct vr_method_row *const methods[VR_METHODS] = {
     [VR_METHOD_RAYCAST] = &vr_raycast,
+    [VR_METHOD_MULTIPASS] = &vr_multipass,
     [VR_METHOD_SLICES] = &vr_slices,
     [VR_METHOD_CELLS] = &vr_cells,
 };
@@ -92,6 +93,8 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     const struct brick_grid *grid = brick_volume_grid(r->volume);
     if ((unsigned)quality->method >= VR_METHODS)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "method %d does not exist", (int)quality->method);
+    if ((unsigned)quality->setup > VR_SETUP_GEOMETRY)
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "ray set-up %d does not exist", (int)quality->setup);
     if (!methods[quality->method]->filters && vr_residency_atlas(r->residency)->filter == VR_FILTER_FAST)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method does not draw with the fast filter");
     if ((unsigned)quality->classification > VR_CLASSIFY_PREINTEGRATED)
@@ -115,6 +118,8 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
         return brick_fail(
             err, BRICK_ERR_UNSUPPORTED,
             "this method emits colour scaled by extinction only; methods slices and exact do both");
+    if (quality->distances && (scene->mode != BRICK_MODE_ISO || scene->mesh_count))
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "distances are of isosurfaces, without meshes");
     if (!(quality->step_vox > 0.0) || !isfinite(quality->step_vox))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g voxels; it must be above 0",
                           quality->step_vox);

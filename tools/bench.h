@@ -5,6 +5,8 @@
 #include <stddef.h>
 
 int bench_render(int argc, char **argv);
+int bench_hits(int argc, char **argv);
+int bench_features(int argc, char **argv);
 int bench_isotrace(int argc, char **argv);
 int bench_convert(int argc, char **argv);
 int bench_codecs(int argc, char **argv);

@@ -14,9 +14,13 @@
 #include "render.h"
 #include "render_report.h"
 
-/* Mode, method, field, classification, emission and context are in the order of their enums. */
+/* Mode, method, set-up, offset, refinement, field, classification, emission and context are in the order of
+ * their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
-static const char *const methods[] = {"raycast", "slices", "cells", "isotrace", "exact", NULL};
+static const char *const methods[] = {"raycast", "multipass", "slices", "cells", "isotrace", "exact", NULL};
+static const char *const setups[] = {"box", "geometry", NULL};
+static const char *const offsets[] = {"none", "interleaved", NULL};
+static const char *const refines[] = {"bisection", "cubic", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const integrations[] = {"prefix", "exact", "psi", "exp", "average", "scalar", NULL};
@@ -89,8 +93,12 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--mode iso needs --iso V");
     if (!iso && request->has_iso)
         return tool_misuse("render", "--iso goes with --mode iso");
-    if (!iso && request->has_refinements)
-        return tool_misuse("render", "--refinements goes with --mode iso");
+    if (!iso && (request->has_refinements || request->has_refine))
+        return tool_misuse("render", "--refine and --refinements go with --mode iso");
+    if (request->refine && request->has_refinements)
+        return tool_misuse("render", "--refinements goes with --refine bisection");
+    if (request->has_refine && request->method >= VR_METHODS)
+        return tool_misuse("render", "--refine goes with --method raycast or multipass");
     if (request->has_camera && (request->has_eye || request->has_look || request->has_up))
         return tool_misuse("render", "--camera goes without --eye, --look and --up");
     if (!request->has_eye && (request->has_look || request->has_up))
@@ -101,6 +109,12 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--path goes without --camera and --eye");
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
+    if (request->setup && request->classification == VR_CLASSIFY_PREINTEGRATED)
+        return tool_misuse("render", "--setup geometry goes with --classification post");
+    if ((request->has_setup || request->offset) && request->method >= VR_METHODS)
+        return tool_misuse("render", "--setup and --offset go with --method raycast or multipass");
+    if (request->has_pass_steps && request->method != VR_METHOD_MULTIPASS)
+        return tool_misuse("render", "--pass-steps goes with --method multipass");
     if (request->method == METHOD_EXACT) {
         if (request->has_step || request->has_termination || request->no_skip || request->has_refinements)
             return tool_misuse("render",
@@ -263,7 +277,8 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help = "raycast (default), slices: planes, blended, cells:\nprojected tetrahedra, isotrace: "
+         .help = "raycast (default), multipass: the same picture in short\npasses, slices: planes, blended, "
+                 "cells:\nprojected tetrahedra, isotrace: "
                  "isosurfaces, ray traced "
                  "on\nthe CPU, or exact: no step size, right to 1e-10, on the\nCPU"},
         TOOL_SLICES_OPTIONS(&r.slices),
@@ -271,6 +286,18 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_integration, .limits = {.choices = integrations},
          .help = "cells: in each tetrahedron prefix (default), exact or psi,\nor of its ends exp, average, "
                  "scalar"},
+        {"pass-steps", .value = "M", .parse = tool_parse_u32, .target = &r.quality.pass_steps,
+         .given = &r.has_pass_steps, .limits = {.min = 1, .max = VR_MAX_PASS_STEPS},
+         .help = "multipass: samples a ray and pass (default 64)"},
+        {"setup", .value = "HOW", .parse = tool_parse_choice, .target = &r.setup, .given = &r.has_setup,
+         .limits = {.choices = setups},
+         .help = "raycast, multipass: where rays begin and end, from the\nvolume's box (default) or from the "
+                 "faces of "
+                 "what is\nactive: geometry; the same picture"},
+        {"offset", .value = "HOW", .parse = tool_parse_choice, .target = &r.offset,
+         .limits = {.choices = offsets},
+         .help =
+             "raycast, multipass: none (default), or interleaved:\nneighbours' samples at different depths"},
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
@@ -316,6 +343,10 @@ int cmd_render(int argc, char **argv)
                  "samples,\nsteps up to a voxel (raycast)"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
+        {"refine", .value = "HOW", .parse = tool_parse_choice, .target = &r.refine, .given = &r.has_refine,
+         .limits = {.choices = refines},
+         .help = "iso: what finds the hit between two samples: bisection\n(default), or cubic, exact in the "
+                 "cell"},
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
         {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &r.filter,
          .limits = {.choices = filters},
@@ -367,6 +398,9 @@ int cmd_render(int argc, char **argv)
     r.quality.skip = !r.no_skip;
     r.quality.slices = tool_slices_quality(&r.slices, r.has_step);
     r.quality.classification = (enum vr_classification)r.classification;
+    r.quality.interleaved = r.offset == 1;
+    r.quality.cubic = r.refine == 1;
+    r.quality.setup = (enum vr_setup)r.setup;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
     r.quality.cells_integration = (enum vr_cells_integration)r.integration;

@@ -7,49 +7,17 @@
 
 #include <brick/active.h>
 
-struct projection {
-    double origin[3], inverse[3][3]; /* of the columns (u, v, ahead) */
-    bool parallel;
-};
-
-static void cross(const double a[3], const double b[3], double r[3])
-{
-    for (int i = 0; i < 3; i++)
-        r[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void project_init(struct projection *p, const struct brick_view *view)
-{
-    const double *u = view->dir_u, *v = view->dir_v;
-    double determinant;
-    p->parallel = dot(u, u) == 0.0;
-    if (p->parallel)
-        u = view->origin_u, v = view->origin_v;
-    cross(v, view->dir, p->inverse[0]);
-    cross(view->dir, u, p->inverse[1]);
-    cross(u, v, p->inverse[2]);
-    determinant = dot(u, p->inverse[0]);
-    for (int i = 0; i < 3; i++) {
-        p->origin[i] = view->origin[i];
-        for (int j = 0; j < 3; j++)
-            p->inverse[i][j] /= determinant;
-    }
-}
+#include "projection.h"
 
 /* False when the point is not before the eye. */
-static bool project(const struct projection *p, const double at[3], double pixel[2])
+static bool project(const struct vr_projection *p, const double at[3], double pixel[2])
 {
     const double d[3] = {at[0] - p->origin[0], at[1] - p->origin[1], at[2] - p->origin[2]};
-    double ahead = p->parallel ? 1.0 : dot(p->inverse[2], d);
+    double ahead = p->parallel ? 1.0 : vr_dot(p->inverse[2], d);
     if (!(ahead > 0.0))
         return false;
-    pixel[0] = dot(p->inverse[0], d) / ahead;
-    pixel[1] = dot(p->inverse[1], d) / ahead;
+    pixel[0] = vr_dot(p->inverse[0], d) / ahead;
+    pixel[1] = vr_dot(p->inverse[1], d) / ahead;
     return true;
 }
 
@@ -64,7 +32,7 @@ static void tile_range(double low, double high, int start, int size, int edge, i
         *first = 1;
 }
 
-static void mark_box(const struct projection *p, const double low[3], const double high[3],
+static void mark_box(const struct vr_projection *p, const double low[3], const double high[3],
                      const struct vr_tiles *tiles, uint32_t *flags)
 {
     double from[2] = {INFINITY, INFINITY}, to[2] = {-INFINITY, -INFINITY};
@@ -92,8 +60,8 @@ void vr_footprint(const struct brick_view *view, const struct brick_grid *grid, 
                   const uint8_t *states, const struct vr_tiles *tiles, uint32_t *flags)
 {
     const struct brick_level *l = &grid->level[level];
-    struct projection p;
-    project_init(&p, view);
+    struct vr_projection p;
+    vr_projection_init(&p, view);
     for (int y = 0; y * tiles->edge < tiles->height; y++)
         for (int x = 0; x * tiles->edge < tiles->width; x++)
             flags[y * tiles->across + x] = 0;

@@ -103,12 +103,13 @@ size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFI
         defines, VR_FRAME_DEFINES_BYTES,
         "#define MODE_DVR 0\n#define MODE_SHADED 1\n#define MODE_ISO 2\n#define MODE_MIP 3\n"
         "#define MODE %s\n#define VOXEL_SAMPLER %s\n#define SEARCH_STEPS %u\n#define CLIP_PLANES "
-        "%u\n%s%s%s%s%s%s",
+        "%u\n%s%s%s%s%s%s%s",
         modes[frame->scene->mode], normalised ? "sampler2DArray" : samplers[frame->grid->type],
         frame->table.search_steps, frame->scene->clip_count,
         frame->scene->mesh_count ? "#define MESHES\n" : "", normalised ? "#define VOXEL_NORMALISED\n" : "",
         atlas->filter == VR_FILTER_FAST ? "#define FILTER_FAST\n" : "",
         frame->quality->skip ? "#define SKIP\n" : "",
+        frame->quality->interleaved ? "#define INTERLEAVED\n" : "",
         brick_volume_stats(frame->volume)->nonfinite ? "#define NONFINITE\n" : "",
         frame->prefixes ? "#define PREINTEGRATED\n" : "");
 }

@@ -60,8 +60,8 @@ int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const st
 void vr_frame_finish(struct vr_frame *frame);
 
 /* What the shared shader parts need defined: MODE and its values, VOXEL_SAMPLER, SEARCH_STEPS, and where they
- * hold SKIP, NONFINITE, FILTER_FAST, VOXEL_NORMALISED, PREINTEGRATED, CLIP_PLANES (how many) and MESHES.
- * Returns the number of bytes written. */
+ * hold SKIP, INTERLEAVED, NONFINITE, FILTER_FAST, VOXEL_NORMALISED, PREINTEGRATED, CLIP_PLANES (how many) and
+ * MESHES. Returns the number of bytes written. */
 #define VR_FRAME_DEFINES_BYTES 512
 size_t vr_frame_defines(const struct vr_frame *frame, char defines[VR_FRAME_DEFINES_BYTES]);
 

@@ -19,7 +19,7 @@ static GLuint create_texture(const struct vr_gl *gl, GLenum format, int width, i
     return texture;
 }
 
-int vr_target_init(struct vr_target *target, struct vr_context *context, int width, int height,
+int vr_target_init(struct vr_target *target, struct vr_context *context, int width, int height, bool depth,
                    struct brick_error *err)
 {
     const struct vr_gl *gl = &context->gl;
@@ -34,6 +34,10 @@ int vr_target_init(struct vr_target *target, struct vr_context *context, int wid
     gl->BindFramebuffer(GL_FRAMEBUFFER, target->draw_framebuffer);
     gl->FramebufferParameteri(GL_FRAMEBUFFER, GL_FRAMEBUFFER_DEFAULT_WIDTH, width);
     gl->FramebufferParameteri(GL_FRAMEBUFFER, GL_FRAMEBUFFER_DEFAULT_HEIGHT, height);
+    if (depth) {
+        target->depth = create_texture(gl, GL_DEPTH_COMPONENT32F, width, height);
+        gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, target->depth, 0);
+    }
     complete = gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
     gl->GenFramebuffers(1, &target->read_framebuffer);
     gl->BindFramebuffer(GL_FRAMEBUFFER, target->read_framebuffer);
@@ -57,6 +61,7 @@ void vr_target_finish(struct vr_target *target, struct vr_context *context)
     gl->DeleteFramebuffers(1, &target->read_framebuffer);
     gl->DeleteTextures(1, &target->words);
     gl->DeleteTextures(1, &target->numbers);
+    gl->DeleteTextures(1, &target->depth);
     gl->DeleteVertexArrays(1, &target->vertex_array);
     *target = (struct vr_target){0};
 }
@@ -79,13 +84,25 @@ void vr_target_use(const struct vr_target *target, struct vr_context *context, G
     gl->BindImageTexture(numbers_unit, target->numbers, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RG32UI);
 }
 
+/* The triangle lies at 1/2. Depth is written only where the test is on. */
+static void set_depth(const struct vr_gl *gl, enum vr_target_depth depth)
+{
+    if (depth == VR_TARGET_DEPTH_OFF) {
+        gl->Disable(GL_DEPTH_TEST);
+        return;
+    }
+    gl->Enable(GL_DEPTH_TEST);
+    gl->DepthFunc(depth == VR_TARGET_DEPTH_WRITE ? GL_ALWAYS : GL_GREATER);
+    gl->DepthMask(depth == VR_TARGET_DEPTH_WRITE);
+}
+
 static int less(int a, int b)
 {
     return a < b ? a : b;
 }
 
 void vr_target_draw(const struct vr_target *target, struct vr_context *context, int width, int height,
-                    const uint32_t *flags, int tiles_across)
+                    const uint32_t *flags, int tiles_across, enum vr_target_depth depth)
 {
     const struct vr_gl *gl = &context->gl;
     const int edge = VR_TARGET_TILE;
@@ -93,7 +110,7 @@ void vr_target_draw(const struct vr_target *target, struct vr_context *context, 
     gl->BindFramebuffer(GL_FRAMEBUFFER, target->draw_framebuffer);
     gl->BindVertexArray(target->vertex_array);
     gl->Viewport(0, 0, target->width, target->height);
-    gl->Disable(GL_DEPTH_TEST);
+    set_depth(gl, depth);
     gl->Enable(GL_SCISSOR_TEST);
     for (int y = 0; y < height; y += edge)
         for (int x = 0; x < width;) {
@@ -113,6 +130,7 @@ void vr_target_draw(const struct vr_target *target, struct vr_context *context, 
             x += (run + 1) * edge;
         }
     gl->Disable(GL_SCISSOR_TEST);
+    gl->Disable(GL_DEPTH_TEST);
     gl->BindVertexArray(0);
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl->MemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |

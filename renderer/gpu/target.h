@@ -4,19 +4,26 @@
 #ifndef RENDERER_GPU_TARGET_H
 #define RENDERER_GPU_TARGET_H
 
+#include <stdbool.h>
+
 #include "context.h"
 
 /* Edge of a tile in pixels. */
 #define VR_TARGET_TILE 32
 
+/* What a pass does with the depth buffer: nothing; replaces each pixel's value by what its shader writes, 0
+ * or 1; runs only where that is 0. */
+enum vr_target_depth { VR_TARGET_DEPTH_OFF, VR_TARGET_DEPTH_WRITE, VR_TARGET_DEPTH_TEST };
+
 struct vr_target {
     int width, height;
     GLuint words, numbers; /* GL_RGBA32UI, GL_RG32UI */
+    GLuint depth;          /* 0: has none */
     GLuint draw_framebuffer, read_framebuffer, vertex_array;
 };
 
 /* The context is bound in all of these. A target of zeros is safe to finish. */
-int vr_target_init(struct vr_target *target, struct vr_context *context, int width, int height,
+int vr_target_init(struct vr_target *target, struct vr_context *context, int width, int height, bool depth,
                    struct brick_error *err);
 void vr_target_finish(struct vr_target *target, struct vr_context *context);
 
@@ -29,9 +36,10 @@ void vr_target_use(const struct vr_target *target, struct vr_context *context, G
                    GLuint numbers_unit);
 
 /* Run the current program once for every pixel of [0,width) x [0,height) that lies in a tile whose flag is
- * not 0. flags: tiles_across a row. In pieces: one long draw would trip the watchdog of a desktop's GPU. */
+ * not 0 and passes the depth test, if that is on. flags: tiles_across a row. In pieces: one long draw would
+ * trip the watchdog of a desktop's GPU. */
 void vr_target_draw(const struct vr_target *target, struct vr_context *context, int width, int height,
-                    const uint32_t *flags, int tiles_across);
+                    const uint32_t *flags, int tiles_across, enum vr_target_depth depth);
 
 /* Copy [0,width) x [0,height) of the words as floats to rgba (stride in pixels), and of the numbers to
  * numbers, 2 a pixel without padding. */

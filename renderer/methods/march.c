@@ -10,7 +10,10 @@
 
 #include <brick/threads.h>
 
+#include "shaders.h"
+
 #define TARGET_EDGE      1024
+#define CUBIC_HALVINGS   24 /* at most, until both ends are in one cell */
 #define MAX_REFINEMENTS  96 /* bits of a ray's path; see state.glsl */
 #define LOOK_AHEAD_TURNS 256
 #define MAX_LOOK_AHEAD   64
@@ -19,16 +22,43 @@
 
 enum { IMAGE_STATE, IMAGE_PROGRESS, IMAGE_FEEDBACK };
 
-static int use_program(const struct vr_frame *frame, const struct vr_program_source *source, const char *own,
+/* A round's programs. */
+struct round {
+    const struct vr_march_pass *passes;
+    struct vr_uniforms programs[VR_MARCH_MAX_PASSES];
+    size_t count;
+};
+
+static const struct vr_shader_part far_parts[] = {VR_MARCH_PARTS, {"raycast.glsl", vr_shader_raycast}};
+static const struct vr_program_source far_source = {.fragment = far_parts,
+                                                    .fragment_count = sizeof far_parts / sizeof *far_parts};
+/* What a ray does in one pass is bounded so that 16 rays at once stay below the 65535 turns of loops that
+ * llvmpipe allows: 2 loops of samples and leaps (pre-integrated 3), halvings at a hit, leaps to look ahead.
+ */
+const struct vr_march_pass vr_march_far = {&far_source,
+                                           "#ifdef PREINTEGRATED\n#define STEPS_A_PASS 1000\n#else\n"
+                                           "#define STEPS_A_PASS 1500\n#endif\n",
+                                           VR_TARGET_DEPTH_OFF};
+
+static bool has_bounds(const struct vr_frame *frame)
+{
+    return frame->quality->setup == VR_SETUP_GEOMETRY;
+}
+
+static int use_program(const struct vr_frame *frame, const struct vr_march_pass *pass, bool stand_in,
                        struct vr_uniforms *uniforms, struct brick_error *err)
 {
-    char defines[VR_FRAME_DEFINES_BYTES + 256];
+    char defines[VR_FRAME_DEFINES_BYTES + 256], levels[64] = "";
     size_t n = vr_frame_defines(frame, defines);
-    snprintf(defines + n, sizeof defines - n, "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s",
-             LOOK_AHEAD_TURNS, VR_TARGET_TILE, own);
+    if (stand_in)
+        snprintf(levels, sizeof levels, "#define STAND_IN %d\n#undef PREINTEGRATED\n", BRICK_MAX_LEVELS);
+    snprintf(defines + n, sizeof defines - n, "#define LOOK_AHEAD_TURNS %d\n#define TILE_EDGE %d\n%s%s%s%s%s",
+             LOOK_AHEAD_TURNS, VR_TARGET_TILE, has_bounds(frame) ? "#define BOUNDS\n" : "",
+             frame->quality->cubic && !stand_in ? "#define CUBIC\n" : "",
+             frame->quality->distances ? "#define DISTANCES\n" : "", levels, pass->defines);
     uniforms->gl = &frame->context->gl;
-    int result =
-        vr_programs_get(&frame->store->programs, frame->context, source, defines, &uniforms->program, err);
+    int result = vr_programs_get(&frame->store->programs, frame->context, pass->source, defines,
+                                 &uniforms->program, err);
     if (!result)
         uniforms->gl->UseProgram(uniforms->program);
     return result;
@@ -39,7 +69,9 @@ static void set_surface(const struct vr_frame *frame, const struct vr_uniforms *
     const struct vr_scene *scene = frame->scene;
     const struct vr_quality *quality = frame->quality;
     double rgb[3] = {scene->iso_rgb[0], scene->iso_rgb[1], scene->iso_rgb[2]}, sigma;
-    uint32_t refinements = quality->refinements < 64 ? quality->refinements : 64;
+    uint32_t refinements = quality->cubic              ? CUBIC_HALVINGS
+                           : quality->refinements < 64 ? quality->refinements
+                                                       : 64;
     if (scene->transfer)
         brick_transfer_eval(scene->transfer, scene->isovalue, rgb, &sigma);
     /* Samples further apart than a voxel are brought into cells that touch, whatever the refinement. */
@@ -56,10 +88,10 @@ static void set_surface(const struct vr_frame *frame, const struct vr_uniforms *
  * half the cache the number doubles, so that a cache with room costs a number of passes that grows with the
  * logarithm of the bricks along a ray; and since a ray has passed as many bricks as it may ask for, at most
  * about half of what is read can be hidden behind where rays end. When more is wanted than there are slots,
- * asking further gains nothing. */
+ * asking further gains nothing. A round that waited for nothing says nothing. */
 static int choose_ahead(int ahead, uint64_t wanted, uint64_t slots)
 {
-    if (wanted <= slots / 2)
+    if (wanted && wanted <= slots / 2)
         return ahead < MAX_LOOK_AHEAD ? 2 * ahead : ahead;
     return wanted > slots && ahead > 1 ? ahead / 2 : ahead;
 }
@@ -86,12 +118,12 @@ static int part_count(const struct brick_image *image)
 }
 
 static int rays_resize(struct vr_march_rays *rays, struct vr_context *context,
-                       const struct brick_image *image, uint64_t bricks, struct brick_error *err)
+                       const struct brick_image *image, bool depth, uint64_t bricks, struct brick_error *err)
 {
     const struct part first = part_of(image, 0);
     if (rays->target.width != first.width || rays->target.height != first.height) {
         vr_target_finish(&rays->target, context);
-        int result = vr_target_init(&rays->target, context, first.width, first.height, err);
+        int result = vr_target_init(&rays->target, context, first.width, first.height, depth, err);
         if (result)
             return result;
     }
@@ -104,14 +136,21 @@ static void rays_finish(struct vr_march_rays *rays, struct vr_context *context)
     vr_feedback_finish(&rays->feedback, context);
 }
 
+static bool uses_depth(const struct round *round)
+{
+    for (size_t p = 0; p < round->count; p++)
+        if (round->passes[p].depth != VR_TARGET_DEPTH_OFF)
+            return true;
+    return false;
+}
+
 static void all_unfinished(struct vr_march_rays *rays)
 {
     for (uint32_t t = 0; t < TILES; t++)
         rays->feedback.words[t] = 1;
 }
 
-static int set_scene(const struct vr_frame *frame, const struct vr_march_rays *rays,
-                     const struct vr_uniforms *u, struct brick_error *err)
+static int set_scene(const struct vr_frame *frame, const struct vr_uniforms *u, struct brick_error *err)
 {
     const double termination = frame->quality->termination;
     int result;
@@ -131,21 +170,61 @@ static int set_scene(const struct vr_frame *frame, const struct vr_march_rays *r
     vr_set_int(u, "feedback", IMAGE_FEEDBACK);
     vr_set_int(u, "tiles_across", TILES_ACROSS);
     vr_set_int(u, "tiles", TILES);
-    vr_target_use(&rays->target, frame->context, IMAGE_STATE, IMAGE_PROGRESS);
-    vr_buffer_use_image(&rays->feedback.buffer, frame->context, IMAGE_FEEDBACK);
     return BRICK_OK;
 }
 
-/* All unfinished rays of a part once. *unfinished: some still are. */
-static int pass(struct vr_march_rays *rays, const struct vr_frame *frame, const struct vr_uniforms *u,
-                const struct part *part, bool resume, bool *unfinished, struct brick_error *err)
+/* Programs and images of the rays, and room for what is drawn before them. */
+static int begin_round(struct vr_march *m, const struct vr_frame *frame, const struct vr_march_rays *rays,
+                       bool stand_in, struct round *round, struct brick_error *err)
+{
+    const int width = rays->target.width, height = rays->target.height;
+    int result = frame->scene->mesh_count ? vr_meshes_begin(frame, width, height, err) : BRICK_OK;
+    if (!result && has_bounds(frame))
+        result = vr_bounds_begin(&m->bounds, frame, width, height, err);
+    for (size_t p = 0; p < round->count && !result; p++)
+        if (!(result = use_program(frame, &round->passes[p], stand_in, &round->programs[p], err)))
+            result = set_scene(frame, &round->programs[p], err);
+    vr_target_use(&rays->target, frame->context, IMAGE_STATE, IMAGE_PROGRESS);
+    vr_buffer_use_image(&rays->feedback.buffer, frame->context, IMAGE_FEEDBACK);
+    return result;
+}
+
+/* For each program what it needs of the part: its place, meshes and bounding geometry, where there are any.
+ */
+static int begin_part(const struct vr_march *m, const struct vr_frame *frame, const struct round *round,
+                      const struct part *part, struct brick_error *err)
+{
+    int result = frame->scene->mesh_count ? vr_meshes_draw(frame, part->x, part->y, err) : BRICK_OK;
+    if (!result && has_bounds(frame))
+        result = vr_bounds_draw(&m->bounds, frame, part->x, part->y, err);
+    for (size_t p = 0; p < round->count && !result; p++) {
+        const struct vr_uniforms *u = &round->programs[p];
+        u->gl->UseProgram(u->program);
+        vr_set_ivec2(u, "tile_origin", part->x, part->y);
+        if (frame->scene->mesh_count)
+            vr_meshes_use(frame, u);
+        if (has_bounds(frame))
+            vr_bounds_use(&m->bounds, u);
+    }
+    return result;
+}
+
+/* A round over all unfinished rays of a part. *unfinished: some still are. */
+static int march_round(struct vr_march_rays *rays, const struct vr_frame *frame, const struct round *round,
+                       const struct part *part, int ahead, bool resume, bool *unfinished,
+                       struct brick_error *err)
 {
     struct vr_feedback *feedback = &rays->feedback;
-    vr_set_ivec2(u, "tile_origin", part->x, part->y);
-    vr_set_int(u, "resume", resume);
     vr_atlas_use(vr_residency_atlas(frame->residency), frame->context, VR_UNIT_ATLAS);
     vr_feedback_clear(feedback, frame->context);
-    vr_target_draw(&rays->target, frame->context, part->width, part->height, feedback->words, TILES_ACROSS);
+    for (size_t p = 0; p < round->count; p++) {
+        const struct vr_uniforms *u = &round->programs[p];
+        u->gl->UseProgram(u->program);
+        vr_set_int(u, "resume", resume || p > 0);
+        vr_set_int(u, "look_ahead", ahead);
+        vr_target_draw(&rays->target, frame->context, part->width, part->height, feedback->words,
+                       TILES_ACROSS, round->passes[p].depth);
+    }
     vr_feedback_read(feedback, frame->context);
     *unfinished = false;
     for (uint32_t t = 0; t < TILES && !*unfinished; t++)
@@ -178,21 +257,9 @@ static uint64_t loaded_bytes(const struct vr_frame *frame)
     return counters.bricks_loaded * vr_residency_atlas(frame->residency)->slot_bytes;
 }
 
-/* Meshes of a part, if there are any, before its rays; then back to the program of u. */
-static int draw_meshes(const struct vr_frame *frame, const struct vr_uniforms *u, const struct part *part,
-                       struct brick_error *err)
-{
-    if (!frame->scene->mesh_count)
-        return BRICK_OK;
-    int result = vr_meshes_draw(frame, part->x, part->y, err);
-    u->gl->UseProgram(u->program);
-    vr_meshes_use(frame, u);
-    return result;
-}
-
-/* The part in work, pass after pass, until all its rays have ended or the budget is used up. before: bytes
+/* The part in work, round after round, until all its rays have ended or the budget is used up. before: bytes
  * loaded before this call. */
-static int draw_part(struct vr_march *m, struct vr_frame *frame, const struct vr_uniforms *u, uint64_t before,
+static int draw_part(struct vr_march *m, struct vr_frame *frame, const struct round *round, uint64_t before,
                      struct brick_image *image, struct vr_report *report, struct brick_error *err)
 {
     const struct vr_atlas *atlas = vr_residency_atlas(frame->residency);
@@ -201,15 +268,12 @@ static int draw_part(struct vr_march *m, struct vr_frame *frame, const struct vr
         all_unfinished(&m->rays);
         m->ahead = 1;
     }
-    int result = draw_meshes(frame, u, &part, err);
-    if (result)
-        return result;
-    for (;;) {
+    int result = begin_part(m, frame, round, &part, err);
+    while (!result) {
         bool unfinished;
         uint64_t wanted;
-        vr_set_int(u, "look_ahead", m->ahead);
-        result = pass(&m->rays, frame, u, &part, m->resume, &unfinished, err);
-        report->passes++;
+        result = march_round(&m->rays, frame, round, &part, m->ahead, m->resume, &unfinished, err);
+        report->passes += round->count;
         if (result)
             return result;
         m->resume = unfinished;
@@ -227,23 +291,20 @@ static int draw_part(struct vr_march *m, struct vr_frame *frame, const struct vr
         if (!frame->final)
             return BRICK_OK;
     }
+    return result;
 }
 
 /* What is not final yet, as far as it can be seen by what is in the GPU cache. */
-static int look(struct vr_march *m, const struct vr_frame *frame, const struct vr_program_source *source,
-                const char *defines, struct brick_image *image, struct brick_error *err)
+static int look(struct vr_march *m, const struct vr_frame *frame, struct brick_image *image,
+                struct brick_error *err)
 {
     const uint64_t start_ns = brick_now_ns();
-    struct vr_uniforms u;
-    char stand_in[256];
+    struct round round = {.passes = &vr_march_far, .count = 1};
     uint64_t samples = 0;
-    snprintf(stand_in, sizeof stand_in, "#define STAND_IN %d\n#undef PREINTEGRATED\n%s", BRICK_MAX_LEVELS,
-             defines);
-    int result = rays_resize(&m->look, frame->context, image, 0, err);
-    if (result || (result = use_program(frame, source, stand_in, &u, err)) ||
-        (result = set_scene(frame, &m->look, &u, err)))
+    int result = rays_resize(&m->look, frame->context, image, false, 0, err);
+    if (result || (result = begin_round(m, frame, &m->look, true, &round, err)))
         return result;
-    vr_frame_set_stand_ins(frame, &u);
+    vr_frame_set_stand_ins(frame, &round.programs[0]);
     for (int p = m->part; p < part_count(image) && !result; p++) {
         const struct part part = part_of(image, p);
         bool resume = p == m->part && m->resume, unfinished = true;
@@ -252,9 +313,9 @@ static int look(struct vr_march *m, const struct vr_frame *frame, const struct v
             memcpy(m->look.feedback.words, m->rays.feedback.words, TILES * sizeof *m->look.feedback.words);
             vr_target_copy(&m->look.target, frame->context, &m->rays.target, part.width, part.height);
         }
-        result = draw_meshes(frame, &u, &part, err);
+        result = begin_part(m, frame, &round, &part, err);
         while (!result && unfinished) {
-            result = pass(&m->look, frame, &u, &part, resume, &unfinished, err);
+            result = march_round(&m->look, frame, &round, &part, 0, resume, &unfinished, err);
             resume = true;
         }
         if (!result)
@@ -264,13 +325,16 @@ static int look(struct vr_march *m, const struct vr_frame *frame, const struct v
     return result;
 }
 
-int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_program_source *source,
-                  const char *defines, struct brick_image *image, struct vr_report *report,
-                  struct brick_error *err)
+int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_march_pass *passes,
+                  size_t count, struct brick_image *image, struct vr_report *report, struct brick_error *err)
 {
     const struct brick_level *level = frame->level;
-    struct vr_uniforms u = {.gl = &frame->context->gl};
-    int result = rays_resize(&m->rays, frame->context, image,
+    struct round round = {.passes = passes, .count = count};
+    if (frame->quality->classification == VR_CLASSIFY_PRE)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method classifies values, not voxels");
+    if (frame->prefixes && has_bounds(frame))
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "ray set-up by geometry goes with post-classification");
+    int result = rays_resize(&m->rays, frame->context, image, uses_depth(&round),
                              level->bricks[0] * level->bricks[1] * level->bricks[2], err);
     if (!result && (frame->deadline_ns != UINT64_MAX || frame->upload_bytes != UINT64_MAX))
         result = vr_residency_stand_in(frame->residency, err);
@@ -281,15 +345,15 @@ int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_pr
         m->resume = false;
     }
     const uint64_t before = loaded_bytes(frame);
-    if (!result && !(result = use_program(frame, source, defines, &u, err)))
-        result = set_scene(frame, &m->rays, &u, err);
+    if (!result)
+        result = begin_round(m, frame, &m->rays, false, &round, err);
     while (!result && frame->final && m->part < part_count(image)) {
-        result = draw_part(m, frame, &u, before, image, report, err);
+        result = draw_part(m, frame, &round, before, image, report, err);
         m->part += frame->final;
     }
     if (!result && !frame->final)
-        result = look(m, frame, source, defines, image, err);
-    u.gl->UseProgram(0);
+        result = look(m, frame, image, err);
+    frame->context->gl.UseProgram(0);
     return result;
 }
 
@@ -297,4 +361,5 @@ void vr_march_finish(struct vr_march *m, struct vr_context *context)
 {
     rays_finish(&m->rays, context);
     rays_finish(&m->look, context);
+    vr_bounds_finish(&m->bounds, context);
 }

@@ -17,12 +17,11 @@ struct vr_method_row {
      * always voxels. */
     int (*texels)(void *state, const struct vr_frame *frame, const struct vr_texels **texels,
                   struct brick_error *err);
-    bool filters; /* draws from an atlas for VR_FILTER_FAST, too */
-    /* Draws clip planes, meshes, emission that is independent of extinction; the renderer refuses what is not
-     * drawn. */
-    bool clips, meshes, independent;
+    /* What it draws; the renderer refuses the rest: from an atlas for VR_FILTER_FAST, clip planes, meshes,
+     * emission that is independent of extinction. */
+    bool filters, clips, meshes, independent;
 };
 
-extern const struct vr_method_row vr_raycast, vr_slices, vr_cells;
+extern const struct vr_method_row vr_raycast, vr_multipass, vr_slices, vr_cells;
 
 #endif

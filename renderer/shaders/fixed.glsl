@@ -58,3 +58,9 @@ vec3 fixed_fraction(Fixed3 a)
 {
     return vec3(a.fraction >> 8) * (1.0 / 16777216.0);
 }
+
+dvec3 fixed_to(Fixed3 a)
+{
+    const double unit = 1.0LF / 4294967296.0LF;
+    return dvec3(a.cell) + (dvec3(a.fraction) + dvec3(a.tail) * unit) * unit;
+}

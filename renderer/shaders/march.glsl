@@ -72,7 +72,7 @@ void march_leap(inout March m, Ray ray, inout uint left)
 #endif
             left--;
             march_to(m, ray, jump);
-            if (m.k >= ray.count)
+            if (m.k >= ray.end)
                 break;
             home = owner(m.at.cell);
             Block before = m.block;
@@ -83,15 +83,15 @@ void march_leap(inout March m, Ray ray, inout uint left)
 #endif
         }
     } while (crosses && left > 0u);
-    m.waits = !m.done && m.k < ray.count && m.block.missing;
+    m.waits = !m.done && m.k < ray.end && m.block.missing;
 }
 
 /* On by up to `left` samples and leaps. */
 void march(inout March m, Ray ray, uint left)
 {
-    while (!m.done && !m.waits && m.k < ray.count && left > 0u) {
+    while (!m.done && !m.waits && m.k < ray.end && left > 0u) {
         march_leap(m, ray, left);
-        if (m.done || m.waits || m.k >= ray.count || left == 0u)
+        if (m.done || m.waits || m.k >= ray.end || left == 0u)
             break;
         ivec3 inside = owner(m.at.cell) >> m.block.shift;
 #ifdef PREINTEGRATED
@@ -116,7 +116,7 @@ void march(inout March m, Ray ray, uint left)
 #else
             march_to(m, ray, 1u);
 #endif
-        } while (m.k < ray.count && left > 0u && !m.alone && owner(m.at.cell) >> m.block.shift == inside);
+        } while (m.k < ray.end && left > 0u && !m.alone && owner(m.at.cell) >> m.block.shift == inside);
     }
 }
 
@@ -127,7 +127,7 @@ void want_ahead(Ray ray, uint k, Fixed3 at, int brick)
     int left = look_ahead;
     for (int turn = 0; turn < LOOK_AHEAD_TURNS && left > 0; turn++) {
         uint jump = leap(ray, at, home, brick_shift);
-        if (jump >= ray.count - k)
+        if (k + jump >= ray.end)
             break;
         at = ray_next(ray, k, at, jump);
         k += jump;
@@ -168,24 +168,32 @@ bool march_load(ivec2 pixel, out Ray ray, out March m)
         imageStore(progress_image, pixel, uvec4(FINISHED, 0u, 0u, 0u));
         return false;
     }
+    if (!resume)
+        m.k = ray.begin;
     m.at = ray_sample(ray, m.k);
     m.done = !state_marching(m.state);
     m.waits = false;
     return true;
 }
 
-/* Leave the pixel's colour, or what the next pass needs. */
+/* Leave what the next pass needs. */
+void march_suspend(March m, ivec2 pixel)
+{
+    imageStore(state_image, pixel, state_pack(m.state));
+    imageStore(progress_image, pixel, uvec4(m.k, m.fetched, 0u, 0u));
+}
+
+/* Leave the pixel's colour, or what the next round needs and what the ray waits for. */
 void march_store(inout March m, Ray ray, ivec2 pixel)
 {
     vec4 colour = vec4(0.0);
-    bool ended = m.done || m.k >= ray.count;
+    bool ended = m.done || m.k >= ray.end;
     if (ended && state_end(m.state, ray, m.k, m.fetched, m.block, colour)) {
         imageStore(state_image, pixel, floatBitsToUint(over_mesh(pixel, colour)));
         imageStore(progress_image, pixel, uvec4(FINISHED, m.fetched, 0u, 0u));
         return;
     }
-    imageStore(state_image, pixel, state_pack(m.state));
-    imageStore(progress_image, pixel, uvec4(m.k, m.fetched, 0u, 0u));
+    march_suspend(m, pixel);
     mark_unfinished(pixel);
 #ifndef STAND_IN
     if (ended || m.waits)

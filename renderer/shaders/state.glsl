@@ -251,9 +251,14 @@ State state_unpack(uvec4 bits)
     return State(int(bits.x & 3u), bits.x >> 2 & 3u, bits.x >> 8, bits.yzw);
 }
 
+bool sides_differ(int a, int b)
+{
+    return a != SIDE_NONE && b != SIDE_NONE && a != b;
+}
+
 bool state_side(inout State s, int side)
 {
-    if (s.side != SIDE_NONE && side != SIDE_NONE && side != s.side)
+    if (sides_differ(side, s.side))
         s.stage = STAGE_HALVE;
     else
         s.side = side;
@@ -295,7 +300,7 @@ bool straddles(Fixed3 at, Block block)
     return low - slack < isovalue && high + slack >= isovalue;
 }
 
-/* Halve by side only. The hit is the far end if its cell holds the surface, else the near end: of two samples on
+/* Halve by side only, and if cubic until both ends are in one cell, in which the crossing is solved. The hit is the far end if its cell holds the surface, else the near end: of two samples on
  * different sides in cells that touch, one does. That rule knows cells, not bricks. */
 bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
 {
@@ -305,6 +310,10 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
     Fixed3 near = ray_sample(ray, k - 1u), far = ray_sample(ray, k);
     Fixed3 width = fixed_subtract(far, near);
     for (uint i = 0u; i < uint(refinements); i++) {
+#ifdef CUBIC
+        if (near.cell == far.cell)
+            break;
+#endif
         Fixed3 narrow = fixed_half(width), middle = fixed_add(near, narrow);
         if (i >= s.halved) { /* else it was done in an earlier pass */
             if (s.stage != STAGE_HALVE)
@@ -330,7 +339,7 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
     }
     if (s.stage == STAGE_HALVE)
         s.stage = STAGE_FAR;
-    bool found = false;
+    bool found = false, one_cell = near.cell == far.cell;
     if (s.stage == STAGE_FAR) {
         block = locate(owner(far.cell));
         if (block.missing)
@@ -346,6 +355,21 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
             return false;
         found = straddles(far, block);
     }
+#ifdef CUBIC
+    if (found && one_cell) {
+        Fixed3 cell = Fixed3(near.cell, uvec3(0u), uvec3(0u));
+        dvec3 from = fixed_to(fixed_subtract(near, cell)), way = fixed_to(width);
+        dvec4 c = cubic_in_cell(cell_fetch(near.cell + block.offset), from, way);
+        c *= double(value_sign);
+        c[0] -= double(isovalue);
+        far = fixed_add(near, fixed_from(cubic_crossing(c, s.side == SIDE_ABOVE) * way));
+    }
+#endif
+#ifdef DISTANCES
+    double distance_mm = ray_distance_mm(ivec2(gl_FragCoord.xy) + tile_origin, far);
+    colour = vec4(float(distance_mm), float(distance_mm - double(float(distance_mm))), 0.0, 1.0);
+    return true;
+#endif
     vec3 gradient = vec3(0.0);
     if (found) {
         far = place_in(block, far);

@@ -5,7 +5,8 @@ import re
 
 import cli
 
-COMMANDS = ["convert", "info", "verify", "repair", "export", "render", "compare", "synth", "bench render", "bench isotrace", "bench convert",
+COMMANDS = ["convert", "info", "verify", "repair", "export", "render", "compare", "synth", "bench render", "bench hits",
+            "bench features", "bench isotrace", "bench convert",
             "bench codecs"]
 
 

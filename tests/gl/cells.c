@@ -42,12 +42,12 @@ static const double oblique[3][4] = {{0.9, 0.1, 0.0, 5}, {-0.1, 0.8, 0.05, -3}, 
 static double miss_mm(const struct brick_volume *volume, const struct vr_scene *scene, bool *edge_on)
 {
     struct brick_view view;
-    struct vr_projection q;
+    struct vr_lattice q;
     double most = 0.0;
     assert_int_equal(
         brick_view_init(&view, &scene->camera, brick_volume_grid(volume), scene->width, scene->height, NULL),
         0);
-    vr_projection_init(&q, &view, &brick_volume_grid(volume)->level[scene->level]);
+    vr_lattice_init(&q, &view, &brick_volume_grid(volume)->level[scene->level]);
     *edge_on = false;
     for (int odd = 0; odd < 2; odd++) {
         struct vr_basis_cell cell;

@@ -45,14 +45,14 @@ static void draw_something(struct vr_context *context, float value)
     uint32_t numbers[2 * 5 * 7];
     assert_int_equal(vr_context_bind(context, &err), 0);
     assert_true(context->version >= 43);
-    assert_int_equal(vr_target_init(&target, context, 5, 7, &err), 0);
+    assert_int_equal(vr_target_init(&target, context, 5, 7, false, &err), 0);
     if (vr_program_create(context, "", &(struct vr_program_source){.fragment = &part, .fragment_count = 1},
                           &program, &err))
         fail_msg("%s", err.message);
     context->gl.UseProgram(program);
     context->gl.Uniform1f(context->gl.GetUniformLocation(program, "value"), value);
     vr_target_use(&target, context, 0, 1);
-    vr_target_draw(&target, context, 5, 7, &(uint32_t){1}, 1);
+    vr_target_draw(&target, context, 5, 7, &(uint32_t){1}, 1, VR_TARGET_DEPTH_OFF);
     vr_target_read(&target, context, 5, 7, rgba, 5, numbers);
     for (int i = 0; i < 5 * 7; i++) {
         assert_int_equal(numbers[2 * i], 3);

@@ -1,6 +1,7 @@
-/* Beyond video memory: the picture is the same bytes for every cache that holds a brick, in every mode; each
- * brick is read once while the host cache holds it; what an opaque wall hides is not read; and a damaged
- * brick is an error that leaves the renderer whole. */
+/* Beyond video memory: the picture is the same bytes for every cache that holds a brick, in every mode, by
+ * both methods that march rays, whatever the length of their passes and the rays' set-up; each brick is read
+ * once while the host cache holds it; what an opaque wall hides is not read; and a damaged brick is an error
+ * that leaves the renderer whole. */
 #include <fcntl.h>
 #include <math.h>
 #include <setjmp.h>
@@ -106,6 +107,7 @@ static void check_edge(uint32_t edge, void (*fill)(void))
 {
     static const struct caches caches[] = {{0, 0, 0}, {1, 0, 1}, {2, 1, 2}, {3, 40, 1},
                                            {8, 9, 2}, {8, 1, 1}, {20, 0, 2}};
+    static const uint32_t pass_steps[] = {64, 5, 1, 17, 64, 3, VR_MAX_PASS_STEPS}; /* of multipass */
     struct memory_source source;
     struct brick_image images[WAYS][VIEWS][LEVELS] = {{{{0}}}};
     bool none = false;
@@ -118,21 +120,30 @@ static void check_edge(uint32_t edge, void (*fill)(void))
     for (size_t c = 0; c < sizeof caches / sizeof caches[0] && !none; c++) {
         struct vr_renderer *renderer = renderer_with(volume, &caches[c]);
         none = !renderer;
-        for (int run = 0; renderer && run < WAYS * VIEWS * LEVELS * 2; run++) {
+        for (int run = 0; renderer && run < WAYS * VIEWS * LEVELS * 4; run++) {
             int way = run % WAYS, view = run / WAYS % VIEWS, level = run / WAYS / VIEWS % LEVELS;
+            int hand =
+                run / WAYS / VIEWS / LEVELS; /* raycast, without skipping, multipass, bounding geometry */
+            if (hand >= 2 && (level > 0 || (hand == 3 && way >= 4)))
+                continue;
             struct vr_scene scene = scene_of(0, view, (uint32_t)level, way < 4 ? transfer : peaked, grid);
             struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
             struct vr_report report;
             char line[160];
             set_way(way, &scene, &quality);
-            quality.skip = run < WAYS * VIEWS * LEVELS;
+            quality.skip = hand != 1;
+            quality.method = hand == 2 ? VR_METHOD_MULTIPASS : VR_METHOD_RAYCAST;
+            quality.setup = hand == 3 ? VR_SETUP_GEOMETRY : VR_SETUP_BOX;
+            quality.pass_steps = pass_steps[c];
+            quality.cubic = view == 1;
+            quality.interleaved = view == 2;
             quality.step_vox = view != 1 ? 0.5 : way < 4 ? 2.7 : 1.0;
             render(renderer, &scene, &quality, &image, &report);
             snprintf(line, sizeof line,
-                     "bricks of %u, %llu and %llu of them, way %d, view %d, level %d, skipping %d", edge,
+                     "bricks of %u, %llu and %llu of them, way %d, view %d, level %d, hand %d", edge,
                      (unsigned long long)caches[c].gpu_bricks, (unsigned long long)caches[c].host_bricks, way,
-                     view, level, quality.skip);
+                     view, level, hand);
             if (report.gpu_cache_peak_bytes > report.gpu_cache_bytes)
                 fail_msg("%s: the cache is larger than its limit", line);
             if (caches[c].host_bricks &&

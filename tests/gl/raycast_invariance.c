@@ -1,6 +1,6 @@
 /* The picture depends on the volume and the scene only: the same bytes for every brick edge, with and without
- * skipping, through EGL and OSMesa; rays along brick faces, edges and through corners, and from inside,
- * included. */
+ * skipping, by raycast and by multipass, through EGL and OSMesa; rays along brick faces, edges and through
+ * corners, and from inside, included. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -77,9 +77,10 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
 
 #define VIEWS 6
 
-/* Images of every mode and view, skipping or not, in one renderer, against those of the first. */
+/* Images of every mode and view, in one renderer, against those of the first. hand: raycast without skipping
+ * and with, multipass without and with. */
 static void compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
-                        struct brick_transfer *const transfers[2], double isovalue, double step, bool skip,
+                        struct brick_transfer *const transfers[2], double isovalue, double step, int hand,
                         struct brick_image *images, bool first, const char *what)
 {
     for (int way = 0; way < (step <= 1.0 ? WAYS : 4); way++)
@@ -94,7 +95,9 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
             scene.isovalue = isovalue;
             scene.width = scene.height = EDGE;
             quality.step_vox = step;
-            quality.skip = skip;
+            quality.skip = hand % 2;
+            quality.method = hand < 2 ? VR_METHOD_RAYCAST : VR_METHOD_MULTIPASS;
+            quality.pass_steps = hand % 2 ? 13 : 64;
             camera_of(view, grid, &scene.camera);
             render(renderer, &scene, &quality, &image, &report);
             assert_true(report.bricks_active <= report.bricks_total);
@@ -131,8 +134,8 @@ static void test_passes(void **state)
     for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
         struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
-        for (int run = 0; renderer && run < 2 * WAYS; run++) {
-            int way = run / 2;
+        for (int run = 0; renderer && run < 3 * WAYS; run++) {
+            int way = run / 3, hand = run % 3;
             struct vr_scene scene = vr_scene_defaults;
             struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
@@ -147,12 +150,12 @@ static void test_passes(void **state)
                                                  .up = {0, 1, 0},
                                                  .ortho_height_mm = 1.5};
             quality.step_vox = 0.37;
-            quality.skip = run & 1;
+            quality.skip = hand > 0;
+            quality.method = hand < 2 ? VR_METHOD_RAYCAST : VR_METHOD_MULTIPASS;
             render(renderer, &scene, &quality, &image, &report);
             assert_true(report.passes > 10);
-            snprintf(line, sizeof line, "long rays, bricks of %u, way %d, skipping %d", edges[e], way,
-                     run & 1);
-            if (first && !(run & 1)) {
+            snprintf(line, sizeof line, "long rays, bricks of %u, way %d, hand %d", edges[e], way, hand);
+            if (first && hand == 0) {
                 assert_true(image.rgba[4 * 12 + 3] > 0.1f);
                 images[way] = image;
                 continue;
@@ -185,11 +188,11 @@ static void check(enum brick_type type, const void *voxels, double isovalue, dou
         struct brick_volume *volume = volume_of(&source, edges[e]);
         for (int c = 0; c < 2; c++) {
             struct vr_renderer *renderer = c == 0 || e == 0 ? try_renderer(volume, kinds[c]) : NULL;
-            for (int skip_blocks = 0; renderer && skip_blocks < 2; skip_blocks++) {
+            for (int hand = 0; renderer && hand < (e == 1 ? 4 : 2); hand++) {
                 char what[80];
-                snprintf(what, sizeof what, "%s, bricks of %u, skipping %d", names[c], edges[e], skip_blocks);
-                compare_all(renderer, brick_volume_grid(volume), transfers, isovalue, step, skip_blocks,
-                            images, first, what);
+                snprintf(what, sizeof what, "%s, bricks of %u, hand %d", names[c], edges[e], hand);
+                compare_all(renderer, brick_volume_grid(volume), transfers, isovalue, step, hand, images,
+                            first, what);
                 first = false;
             }
             vr_renderer_destroy(&renderer);

@@ -20,7 +20,7 @@ int bench_setup(void **state)
         return 0;
     }
     assert_int_equal(vr_context_bind(b->context, &err), 0);
-    assert_int_equal(vr_target_init(&b->target, b->context, BENCH_EDGE, BENCH_EDGE, &err), 0);
+    assert_int_equal(vr_target_init(&b->target, b->context, BENCH_EDGE, BENCH_EDGE, false, &err), 0);
     return 0;
 }
 
@@ -57,7 +57,8 @@ void bench_run(struct shader_bench *b, const char *defines, const struct vr_shad
     if (b->prepare)
         b->prepare(b->data, program);
     vr_target_use(&b->target, b->context, 0, 1);
-    vr_target_draw(&b->target, b->context, BENCH_EDGE, BENCH_EDGE, flags, BENCH_EDGE / VR_TARGET_TILE);
+    vr_target_draw(&b->target, b->context, BENCH_EDGE, BENCH_EDGE, flags, BENCH_EDGE / VR_TARGET_TILE,
+                   VR_TARGET_DEPTH_OFF);
     vr_target_read(&b->target, b->context, BENCH_EDGE, BENCH_EDGE, output, BENCH_EDGE, numbers);
     b->context->gl.UseProgram(0);
     b->context->gl.DeleteProgram(program);

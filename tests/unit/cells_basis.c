@@ -30,8 +30,7 @@ static void make_grid(struct brick_grid *grid, uint64_t nx, uint64_t ny, uint64_
 
 /* Into a picture so small that nothing of a cell is narrower than 1/64 of its pixels, unless it has no width.
  */
-static void look_along(struct vr_projection *projection, const struct brick_grid *grid,
-                       const double direction[3])
+static void look_along(struct vr_lattice *lattice, const struct brick_grid *grid, const double direction[3])
 {
     struct brick_camera camera = {.eye_mm = {3, 1, -2}, .up = {0.3, -0.2, 0.7}, .ortho_height_mm = 1e-6};
     struct brick_view view;
@@ -41,7 +40,7 @@ static void look_along(struct vr_projection *projection, const struct brick_grid
             camera.look_mm[i] += grid->affine[i][j] * direction[j];
     }
     assert_int_equal(brick_view_init(&view, &camera, grid, 64, 48, NULL), 0);
-    vr_projection_init(projection, &view, &grid->level[0]);
+    vr_lattice_init(lattice, &view, &grid->level[0]);
 }
 
 static void corner_of(int corner, const int side[3], double p[3])
@@ -102,9 +101,8 @@ static bool clip_ray(const double v[4][3], const double origin[3], const double 
 }
 
 /* What a fan says at a point of the picture: length, depth of entry, mixtures; false: outside. */
-static bool read_fan(const struct vr_projection *q, const struct vr_basis_tetrahedron *t,
-                     const double v[4][3], const double at[2], double *length, double *entry, double front[4],
-                     double back[4])
+static bool read_fan(const struct vr_lattice *q, const struct vr_basis_tetrahedron *t, const double v[4][3],
+                     const double at[2], double *length, double *entry, double front[4], double back[4])
 {
     double place[5][3], mix[2][5][4] = {{{0}}}, way[5] = {0};
     const double *const rows[3] = {q->column, q->row, q->depth};
@@ -145,7 +143,7 @@ static bool read_fan(const struct vr_projection *q, const struct vr_basis_tetrah
 }
 
 /* One kind of cell from one direction. seen: classes that occurred. */
-static void check_cell(const struct vr_projection *q, const int side[3], int odd, uint64_t seed, int seen[5])
+static void check_cell(const struct vr_lattice *q, const int side[3], int odd, uint64_t seed, int seen[5])
 {
     struct vr_basis_cell cell;
     double v[6][4][3], volume = 0.0, whole = 1.0;
@@ -208,7 +206,7 @@ static void test_projection(void **state)
     (void)state;
     make_grid(&grid, 20, 30, 40);
     for (int view = 0; view < 60; view++) {
-        struct vr_projection q;
+        struct vr_lattice q;
         double direction[3];
         for (int a = 0; a < 3; a++)
             direction[a] = view < specials ? special[view][a] : uniform(5, (uint64_t)(3 * view + a)) - 0.5;
@@ -228,7 +226,7 @@ static void test_projection(void **state)
 static void test_classes(void **state)
 {
     struct brick_grid grid;
-    struct vr_projection q;
+    struct vr_lattice q;
     struct vr_basis_cell cell;
     int count[5] = {0}, triangles[VR_BASIS_SLOTS];
     static float table[VR_BASIS_TABLE_FLOATS];
@@ -251,7 +249,7 @@ static void test_classes(void **state)
 static void test_faces_match(void **state)
 {
     struct brick_grid grid;
-    struct vr_projection q;
+    struct vr_lattice q;
     (void)state;
     make_grid(&grid, 20, 30, 40);
     look_along(&q, &grid, (const double[]){0.3, 0.2, 1});

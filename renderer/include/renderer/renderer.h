@@ -52,10 +52,18 @@ extern const struct vr_scene vr_scene_defaults;
 
 /* Methods on the GPU, drawn by vr_render. */
 enum vr_method {
-    VR_METHOD_RAYCAST, /* Krueger and Westermann 2003; Scharsach 2005 */
-    VR_METHOD_SLICES,  /* Wilson, Van Gelder and Wilhelms 1994 */
-    VR_METHOD_CELLS,   /* Maximo, Marroquim, Farias and Esperanca 2008 */
+    VR_METHOD_RAYCAST,   /* Scharsach 2005 */
+    VR_METHOD_MULTIPASS, /* Krueger and Westermann 2003, section 2 */
+    VR_METHOD_SLICES,    /* Wilson, Van Gelder and Wilhelms 1994 */
+    VR_METHOD_CELLS,     /* Maximo, Marroquim, Farias and Esperanca 2008 */
     VR_METHODS
+};
+
+/* How a ray finds where it begins and ends. */
+enum vr_setup {
+    VR_SETUP_BOX,     /* the volume's box */
+    VR_SETUP_GEOMETRY /* the faces between active and inactive blocks, rasterised (Scharsach 2005, section 3)
+                       */
 };
 
 /* How cells make a colour of the scalars where a ray enters and leaves a tetrahedron and of the length
@@ -103,14 +111,22 @@ enum vr_classification {
 /* How it is computed: speed against error. */
 struct vr_quality {
     enum vr_method method;
-    double step_vox;      /* of the smallest voxel edge, > 0 */
-    double termination;   /* a ray ends where its transmittance falls below; 0: never */
-    bool skip;            /* jump over inactive bricks and macrocells */
-    uint32_t refinements; /* bisections at an isosurface hit */
+    double step_vox;    /* of the smallest voxel edge, > 0 */
+    double termination; /* a ray ends where its transmittance falls below; 0: never */
+    bool skip;          /* jump over inactive bricks and macrocells */
+    bool interleaved; /* raycast, multipass: the pieces of neighbouring pixels' rays begin at different parts
+                         of a step before the box (Scharsach 2005, section 5) */
+    uint32_t refinements; /* bisections at an isosurface hit (Scharsach 2005, section 4) */
+    bool cubic;           /* iso: instead, bisect into one cell, and solve the cubic along the ray there */
+    bool distances; /* iso: for measurements. The image is not colour but t of hits in mm (brick/camera.h), R
+                       and, what float32 lacks, G; A is 1 where there is a hit. No meshes. */
+    enum vr_setup setup; /* raycast, multipass; the same picture */
+    uint32_t pass_steps; /* multipass: samples a ray and pass, 1 to VR_MAX_PASS_STEPS */
     enum vr_classification classification;
     struct vr_slices slices;
     enum vr_cells_integration cells_integration;
 };
+#define VR_MAX_PASS_STEPS 1500
 extern const struct vr_quality vr_quality_defaults;
 
 struct vr_report {
@@ -156,9 +172,9 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  * into caches of any size that holds a brick, and stay for the next picture. Errors of reading name the
  * brick; the image is then undefined. BRICK_ERR_UNSUPPORTED for what a method does not do.
  *
- * raycast: in passes, between which the bricks come that rays need; the picture is the same bytes for all
- * sizes of the caches. Pre-integrated classification goes with dvr and shaded, and with steps that move by a
- * voxel of the level at most along each of its axes.
+ * raycast and multipass: in passes, between which the bricks come that rays need; the picture is the same
+ * bytes for both, and for all sizes of the caches. Pre-integrated classification goes with dvr and shaded,
+ * and with steps that move by a voxel of the level at most along each of its axes.
  *
  * slices: planes of one depth each, blended brick by brick in batches that the cache holds; the same bytes
  * for all sizes of the caches and bricks. No isosurfaces. Pre-classified voxels go with dvr; the GPU's cache

@@ -131,10 +131,10 @@ static void drop_flat_faces(const int corner[4], const int side[3], const double
 }
 
 /* rate: returned for the order. */
-static void project(const struct vr_projection *projection, const int side[3], struct vr_basis_tetrahedron *t,
+static void project(const struct vr_lattice *lattice, const int side[3], struct vr_basis_tetrahedron *t,
                     double rate[4])
 {
-    const double *const rows[3] = {projection->column, projection->row, projection->depth};
+    const double *const rows[3] = {lattice->column, lattice->row, lattice->depth};
     double vertex[4][3], seen[4][3], in = 0.0, out = 0.0;
     for (int v = 0; v < 4; v++) {
         for (int i = 0; i < 3; i++)
@@ -142,7 +142,7 @@ static void project(const struct vr_projection *projection, const int side[3], s
         for (int r = 0; r < 3; r++)
             seen[v][r] = rows[r][0] * vertex[v][0] + rows[r][1] * vertex[v][1] + rows[r][2] * vertex[v][2];
     }
-    find_rates(vertex, projection->direction, rate);
+    find_rates(vertex, lattice->direction, rate);
     drop_flat_faces(t->corner, side, seen, rate);
     for (int v = 0; v < 4; v++) {
         in += fmax(-rate[v], 0.0);
@@ -216,8 +216,7 @@ static bool is_behind(const struct vr_basis_tetrahedron *a, const double rate[4]
 
 /* A ray goes from one tetrahedron of a cell into the next through a face that they share, so an order that
  * keeps to "behind" across faces keeps to it along every ray. Neither split has cycles. */
-void vr_basis_cell(const struct vr_projection *projection, const int side[3], int odd,
-                   struct vr_basis_cell *cell)
+void vr_basis_cell(const struct vr_lattice *lattice, const int side[3], int odd, struct vr_basis_cell *cell)
 {
     struct vr_basis_tetrahedron t[6];
     int corner[6][4];
@@ -227,7 +226,7 @@ void vr_basis_cell(const struct vr_projection *projection, const int side[3], in
     int count = split(side, odd, corner);
     for (int i = 0; i < count; i++) {
         memcpy(t[i].corner, corner[i], sizeof t[i].corner);
-        project(projection, side, &t[i], rate[i]);
+        project(lattice, side, &t[i], rate[i]);
     }
     while (cell->count < count) {
         int next = 0;
@@ -264,7 +263,7 @@ static void write_vertex(const struct vr_basis_tetrahedron *t, int fan_vertex, f
     out[11] = (float)(code | t->corner[anchor] << 12);
 }
 
-void vr_basis_table(const struct vr_projection *projection, float *table, int triangles[VR_BASIS_SLOTS])
+void vr_basis_table(const struct vr_lattice *lattice, float *table, int triangles[VR_BASIS_SLOTS])
 {
     const size_t stride = VR_BASIS_TEXELS * 4, slot_floats = VR_BASIS_FAN * stride;
     memset(table, 0, VR_BASIS_TABLE_FLOATS * sizeof *table);
@@ -273,7 +272,7 @@ void vr_basis_table(const struct vr_projection *projection, float *table, int tr
         for (int odd = 0; odd < 2; odd++) {
             const int side[3] = {s % 3 - 1, s / 3 % 3 - 1, s / 9 - 1};
             struct vr_basis_cell cell;
-            vr_basis_cell(projection, side, odd, &cell);
+            vr_basis_cell(lattice, side, odd, &cell);
             for (int i = 0; i < cell.count; i++) {
                 int slot = i % VR_BASIS_SLOTS, kind = vr_basis_kind(side, odd, i / VR_BASIS_SLOTS);
                 float *out = table + (size_t)(kind * VR_BASIS_SLOTS + slot) * slot_floats;

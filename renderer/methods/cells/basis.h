@@ -10,7 +10,7 @@
 #ifndef RENDERER_CELLS_BASIS_H
 #define RENDERER_CELLS_BASIS_H
 
-#include "projection.h"
+#include "lattice.h"
 
 #define VR_BASIS_SLOTS  5 /* tetrahedra that are drawn as one piece; a cell of six is two pieces */
 #define VR_BASIS_FAN    5 /* vertices of a fan: four around, and the thick one */
@@ -44,13 +44,12 @@ struct vr_basis_cell {
 
 /* The projection of all cells of one kind. The order holds along every ray: of two tetrahedra that a ray
  * passes the one behind comes first. */
-void vr_basis_cell(const struct vr_projection *projection, const int side[3], int odd,
-                   struct vr_basis_cell *cell);
+void vr_basis_cell(const struct vr_lattice *lattice, const int side[3], int odd, struct vr_basis_cell *cell);
 
 /* What shaders/cells.vert.glsl reads: for each kind, slot and vertex of a fan VR_BASIS_TEXELS texels, (front
  * weights), (back weights), (offset right, down, mm; code), (length, 0, 0, 0), with code = corners in 3 bits
  * each + anchor << 12. Empty slots are points. triangles: how many each slot's fan has at most. */
-void vr_basis_table(const struct vr_projection *projection, float *table, int triangles[VR_BASIS_SLOTS]);
+void vr_basis_table(const struct vr_lattice *lattice, float *table, int triangles[VR_BASIS_SLOTS]);
 /* Floats of it. */
 #define VR_BASIS_TABLE_FLOATS (VR_BASIS_KINDS * VR_BASIS_SLOTS * VR_BASIS_FAN * VR_BASIS_TEXELS * 4)
 

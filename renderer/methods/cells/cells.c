@@ -37,7 +37,7 @@ struct cells {
 struct picture {
     struct cells *cells;
     const struct vr_frame *frame;
-    struct vr_projection projection;
+    struct vr_lattice lattice;
     double plane[MAX_PLANES][4]; /* level's index space: keeps . (p, 1) >= 0 */
     int planes;
     struct vr_cell_draw draw;
@@ -70,7 +70,7 @@ static void add_clip_plane(struct picture *p, uint32_t index)
 static void find_planes(struct picture *p)
 {
     const struct brick_level *level = p->frame->level;
-    const double *depth = p->projection.depth;
+    const double *depth = p->lattice.depth;
     double nearest = depth[3];
     for (uint32_t i = 0; i < p->frame->scene->clip_count; i++)
         add_clip_plane(p, i);
@@ -88,7 +88,7 @@ static void find_planes(struct picture *p)
 static bool box_visible(const void *context, const double low[3], const double high[3])
 {
     const struct picture *p = context;
-    const double *const rows[2] = {p->projection.column, p->projection.row};
+    const double *const rows[2] = {p->lattice.column, p->lattice.row};
     const double begin[2] = {p->left, p->top}, end[2] = {p->left + p->width, p->top + p->height};
     for (int i = 0; i < 2; i++) {
         double least = rows[i][3], most = rows[i][3];
@@ -149,7 +149,7 @@ static int add_brick(struct picture *p, uint32_t brick, struct brick_error *err)
     vr_cell_walk_init(&walk, frame->grid, &place);
     vr_atlas_slot_place(atlas, slot, at);
     for (int a = 0; a < 3; a++) {
-        walk.descend[a] = p->projection.direction[a] > 0.0;
+        walk.descend[a] = p->lattice.direction[a] > 0.0;
         first[a] = (int)walk.first[a];
         texel[a] = (int)at[a] * atlas->slot_size[a] + (int)frame->grid->border;
     }
@@ -212,7 +212,7 @@ done:
 static void set_part(const struct picture *p)
 {
     const struct vr_uniforms *u = &p->draw.draw;
-    const struct vr_projection *q = &p->projection;
+    const struct vr_lattice *q = &p->lattice;
     const double across = 2.0 / p->draw.canvas->width, down = 2.0 / p->draw.canvas->height;
     double to_x[3], to_y[3], reference = q->depth[3];
     float cuts[MAX_PLANES][4];
@@ -323,7 +323,7 @@ static int write_basis(struct picture *p, struct brick_error *err)
     float *table = malloc(VR_BASIS_TABLE_FLOATS * sizeof *table);
     if (!table)
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the basis hexahedron");
-    vr_basis_table(&p->projection, table, triangles);
+    vr_basis_table(&p->lattice, table, triangles);
     int result = vr_cell_lot_set_fans(&p->cells->lot, p->frame->context, triangles, err);
     if (!result)
         result = vr_buffer_write(&p->cells->basis, p->frame->context, GL_RGBA32F, table,
@@ -432,7 +432,7 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
         return result;
     p.draw.frame = frame;
     report->tetrahedra = vr_cell_tetrahedra(frame->level);
-    vr_projection_init(&p.projection, &frame->view, frame->level);
+    vr_lattice_init(&p.lattice, &frame->view, frame->level);
     find_planes(&p);
     if (!p.cells->lot.entries && (result = vr_cell_lot_init(&p.cells->lot, frame->context, err)))
         return result;

@@ -1,5 +1,5 @@
 /* index0 = origin + column right + row down + depth direction, solved for the three by Cramer's rule. */
-#include "projection.h"
+#include "lattice.h"
 
 #include <math.h>
 
@@ -14,8 +14,7 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-void vr_projection_init(struct vr_projection *p, const struct brick_view *view,
-                        const struct brick_level *level)
+void vr_lattice_init(struct vr_lattice *p, const struct brick_view *view, const struct brick_level *level)
 {
     double mm[3], length, volume;
     for (int i = 0; i < 3; i++)

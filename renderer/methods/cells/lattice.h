@@ -1,13 +1,13 @@
 /* The level's lattice seen along parallel rays: affine, so one cell's projection is every cell's (Maximo et
  * al. 2008, section 4.1). */
-#ifndef RENDERER_CELLS_PROJECTION_H
-#define RENDERER_CELLS_PROJECTION_H
+#ifndef RENDERER_CELLS_LATTICE_H
+#define RENDERER_CELLS_LATTICE_H
 
 #include <brick/camera.h>
 #include <brick/grid.h>
 
 /* For a point p in the level's index space. */
-struct vr_projection {
+struct vr_lattice {
     double column[4], row[4];            /* . (p, 1): where the picture has it, in pixels */
     double depth[4];                     /* . (p, 1): mm along its ray */
     double direction[3];                 /* voxels a mm of a ray */
@@ -16,7 +16,7 @@ struct vr_projection {
 };
 
 /* view: of a parallel projection. */
-void vr_projection_init(struct vr_projection *projection, const struct brick_view *view,
-                        const struct brick_level *level);
+void vr_lattice_init(struct vr_lattice *lattice, const struct brick_view *view,
+                     const struct brick_level *level);
 
 #endif

@@ -1,0 +1,17 @@
+/* From a point to its pixel: brick_view's rays the other way round. */
+#ifndef RENDERER_FRAME_PROJECTION_H
+#define RENDERER_FRAME_PROJECTION_H
+
+#include <brick/camera.h>
+
+/* inverse times (point - origin) is (u w, v w, w) in a perspective, with w how far ahead of the eye the point
+ * is in units of dir, and (u, v, w) in a parallel projection. */
+struct vr_projection {
+    double origin[3], inverse[3][3];
+    bool parallel;
+};
+
+void vr_projection_init(struct vr_projection *projection, const struct brick_view *view);
+double vr_dot(const double a[3], const double b[3]);
+
+#endif
