@@ -107,7 +107,8 @@ static void check_edge(uint32_t edge, void (*fill)(void))
 {
     static const struct caches caches[] = {{0, 0, 0}, {1, 0, 1}, {2, 1, 2}, {3, 40, 1},
                                            {8, 9, 2}, {8, 1, 1}, {20, 0, 2}};
-    static const uint32_t pass_steps[] = {64, 5, 1, 17, 64, 3, VR_MAX_PASS_STEPS}; /* of multipass */
+    static const uint32_t pass_steps[] = {0, 5,  0, VR_MAX_PASS_STEPS,
+                                          0, 17, 0}; /* where there is multipass */
     struct memory_source source;
     struct brick_image images[WAYS][VIEWS][LEVELS] = {{{{0}}}};
     bool none = false;
@@ -124,7 +125,7 @@ static void check_edge(uint32_t edge, void (*fill)(void))
             int way = run % WAYS, view = run / WAYS % VIEWS, level = run / WAYS / VIEWS % LEVELS;
             int hand =
                 run / WAYS / VIEWS / LEVELS; /* raycast, without skipping, multipass, bounding geometry */
-            if (hand >= 2 && (level > 0 || (hand == 3 && way >= 4)))
+            if (hand >= 2 && (c % 2 == 0 || level > 0 || (hand == 3 && way >= 4)))
                 continue;
             struct vr_scene scene = scene_of(0, view, (uint32_t)level, way < 4 ? transfer : peaked, grid);
             struct vr_quality quality = vr_quality_defaults;
