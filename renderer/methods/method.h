@@ -12,12 +12,12 @@ struct vr_method_row {
     int (*draw)(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
                 struct brick_error *err);
     void (*finish)(void *state, struct vr_context *context); /* the context is bound */
-    /* What slots are to hold for a frame in place of voxels, or NULL, *texels being the method's own until the
-     * next call. Called before drawing, and before the frame has its residency's picture begun. NULL: always
-     * voxels. */
+    /* What slots are to hold for a frame in place of voxels, or NULL, *texels being the method's own until
+     * the next call. Called before drawing, and before the frame has its residency's picture begun. NULL:
+     * always voxels. */
     int (*texels)(void *state, const struct vr_frame *frame, const struct vr_texels **texels,
                   struct brick_error *err);
-    bool filters;                                            /* draws from an atlas for VR_FILTER_FAST, too */
+    bool filters;       /* draws from an atlas for VR_FILTER_FAST, too */
     bool clips, meshes; /* draws clip planes, meshes; the renderer refuses what is not drawn */
 };
 
