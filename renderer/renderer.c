@@ -30,6 +30,7 @@ struct vr_renderer {
 static const struct vr_method_row *const methods[VR_METHODS] = {
     [VR_METHOD_RAYCAST] = &vr_raycast,
     [VR_METHOD_SLICES] = &vr_slices,
+    [VR_METHOD_CELLS] = &vr_cells,
 };
 
 static void close_picture(struct vr_renderer *r)
@@ -105,6 +106,10 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     if (scene->level >= grid->levels)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "level %u does not exist; the volume has %u", scene->level,
                           grid->levels);
+    if (scene->transfer && scene->transfer->emission != BRICK_EMISSION_SCALED &&
+        !methods[quality->method]->glows)
+        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
+                          "this method scales emission by extinction; slices and the exact method need not");
     if ((scene->clip_count && !methods[quality->method]->clips) ||
         (scene->mesh_count && !methods[quality->method]->meshes))
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method draws no %s; others do",

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include <brick/threads.h>
-#include <cjson/cJSON.h>
 #include <formats/formats.h>
 #include <renderer/renderer.h>
 
@@ -13,12 +12,14 @@
 #include "message.h"
 #include "options.h"
 #include "render.h"
+#include "render_report.h"
 
 /* Mode, method, field, classification, emission and context are in the order of their enums. */
 static const char *const modes[] = {"dvr", "shaded", "iso", "mip", NULL};
-static const char *const methods[] = {"raycast", "slices", "isotrace", "exact", NULL};
+static const char *const methods[] = {"raycast", "slices", "cells", "isotrace", "exact", NULL};
 static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
+static const char *const integrations[] = {"prefix", "exact", "psi", "exp", "average", "scalar", NULL};
 static const char *const classifications[] = {"post", "pre", "preintegrated", NULL};
 static const char *const emissions[] = {"scaled", "independent", NULL};
 static const char *const filters[] = {"exact", "fast", NULL};
@@ -43,6 +44,22 @@ static int check_isotrace(const struct tool_request *request)
         return tool_misuse("render", "--method isotrace draws no --clip, --clip-box or --mesh");
     if (request->has_cache || request->has_context)
         return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
+    return -1;
+}
+
+/* -1, or the exit code of a usage error. */
+static int check_cells(const struct tool_request *request)
+{
+    if (request->method != VR_METHOD_CELLS)
+        return request->has_integration
+                   ? tool_misuse("render", "--cells-integration goes with --method cells")
+                   : -1;
+    if (request->mode != BRICK_MODE_DVR)
+        return tool_misuse("render", "--method cells renders --mode dvr only");
+    if (!request->has_ortho && !request->path)
+        return tool_misuse("render", "--method cells needs a parallel projection: --ortho H");
+    if (request->has_step || request->has_termination || request->has_classification)
+        return tool_misuse("render", "--method cells has no --step, --termination or --classification");
     return -1;
 }
 
@@ -106,7 +123,9 @@ static int check_request(const struct tool_request *request)
         tool_slices_check(&request->slices, slices, request->has_step, request->has_termination);
     if (wrong)
         return tool_misuse("render", "%s", wrong);
-    int code = check_classification(request);
+    int code = check_cells(request);
+    if (code < 0)
+        code = check_classification(request);
     return code < 0 ? check_isotrace(request) : code;
 }
 
@@ -156,61 +175,10 @@ static int read_clip_planes(const struct tool_request *request, struct vr_scene 
     return -1;
 }
 
-/* What is counted, over all frames; what is a state, of the last; seconds_frame: of a frame, on average. */
-static struct vr_report sum_reports(const struct vr_report *reports, size_t count)
-{
-    struct vr_report sum = reports[count - 1];
-    for (size_t i = 0; i + 1 < count; i++) {
-        sum.passes += reports[i].passes;
-        sum.bricks_loaded += reports[i].bricks_loaded;
-        sum.bricks_read += reports[i].bricks_read;
-        sum.bytes_read += reports[i].bytes_read;
-        sum.samples += reports[i].samples;
-        sum.seconds_frame += reports[i].seconds_frame;
-    }
-    sum.seconds_frame /= (double)count;
-    return sum;
-}
-
-/* What a frame and a film have in common. */
-static void add_counts(cJSON *json, const struct vr_report *report)
-{
-    cJSON_AddNumberToObject(json, "seconds_frame", report->seconds_frame);
-    cJSON_AddNumberToObject(json, "passes", (double)report->passes);
-    cJSON_AddNumberToObject(json, "bricks_loaded", (double)report->bricks_loaded);
-    cJSON_AddNumberToObject(json, "bricks_read", (double)report->bricks_read);
-    cJSON_AddNumberToObject(json, "bytes_read", (double)report->bytes_read);
-    cJSON_AddNumberToObject(json, "samples", (double)report->samples);
-}
-
-static int print_json(const struct vr_report *reports, size_t count, bool final, double seconds)
-{
-    const struct vr_report sum = sum_reports(reports, count);
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddNumberToObject(json, "seconds_total", seconds);
-    cJSON_AddBoolToObject(json, "final", final);
-    add_counts(json, &sum);
-    cJSON_AddNumberToObject(json, "bricks_total", (double)sum.bricks_total);
-    cJSON_AddNumberToObject(json, "bricks_active", (double)sum.bricks_active);
-    cJSON_AddNumberToObject(json, "gpu_cache_bytes", (double)sum.gpu_cache_bytes);
-    cJSON_AddNumberToObject(json, "gpu_cache_peak_bytes", (double)sum.gpu_cache_peak_bytes);
-    cJSON_AddNumberToObject(json, "host_cache_peak_bytes", (double)sum.host_cache_peak_bytes);
-    cJSON_AddStringToObject(json, "gl_renderer", sum.gl_renderer);
-    cJSON_AddNumberToObject(json, "peak_rss_bytes", (double)brick_peak_rss_bytes());
-    cJSON *frames = cJSON_AddArrayToObject(json, "frames");
-    for (size_t i = 0; frames && i < count; i++) {
-        cJSON *frame = cJSON_CreateObject();
-        if (frame)
-            add_counts(frame, &reports[i]);
-        cJSON_AddItemToArray(frames, frame);
-    }
-    return tool_json_print("render", json);
-}
-
 static void print_summary(const struct tool_request *request, const struct vr_report *reports, size_t count,
                           bool final, double seconds)
 {
-    const struct vr_report sum = sum_reports(reports, count);
+    const struct vr_report sum = tool_render_sum(reports, count);
     fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s%s\n",
             request->outputs.item[0], modes[request->mode], (unsigned long long)sum.bricks_active,
             (unsigned long long)sum.bricks_total, sum.seconds_frame, seconds, final ? "" : ", not final",
@@ -246,7 +214,7 @@ static int render(const struct tool_request *request, const char *path)
         if (!request->quiet)
             print_summary(request, reports, cameras.count, final, seconds);
         if (request->json)
-            code = print_json(reports, cameras.count, final, seconds);
+            code = tool_render_json(reports, cameras.count, final, seconds);
     }
     free(reports);
     tool_cameras_finish(&cameras);
@@ -265,6 +233,7 @@ int cmd_render(int argc, char **argv)
         .slices = TOOL_SLICES_DEFAULTS,
         .up = {0, 0, 1},
         .mesh_rgb = {0.25, 0.5, 0.8},
+        .opacity = 1.0,
     };
     uint32_t size[2] = {512, 512};
     int first = 0;
@@ -274,6 +243,8 @@ int cmd_render(int argc, char **argv)
          .help = "picture to write (required): .exr or .png; several are\none render"},
         {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
          .help = "transfer function: ct-bone, ct-skin, mri, gray (default),\nor a JSON file"},
+        {"opacity", .value = "F", .parse = tool_parse_real, .target = &r.opacity,
+         .limits = {.min = 1e-9, .max = 1e9}, .help = "times the transfer function's extinction (default 1)"},
         {"mode", .value = "MODE", .parse = tool_parse_choice, .target = &r.mode, .limits = {.choices = modes},
          .help = "dvr (default), shaded, iso or mip"},
         {"iso", .value = "V[,V...]", .parse = tool_parse_reals, .target = &r.iso, .given = &r.has_iso,
@@ -292,10 +263,14 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_step, .help = "sampling distance in smallest voxel edges (default 0.5)"},
         {"method", .value = "METHOD", .parse = tool_parse_choice, .target = &r.method,
          .limits = {.choices = methods},
-         .help =
-             "raycast (default), slices: planes, blended, isotrace:\nisosurfaces, ray traced on the CPU, or "
-             "exact: no step\nsize, right to 1e-10, on the CPU"},
+         .help = "raycast (default), slices: planes, blended, cells:\nprojected tetrahedra, isotrace: "
+                 "isosurfaces, ray traced\n"
+                 "on the CPU, or exact: no step size, right to 1e-10, on\nthe CPU"},
         TOOL_SLICES_OPTIONS(&r.slices),
+        {"cells-integration", .value = "HOW", .parse = tool_parse_choice, .target = &r.integration,
+         .given = &r.has_integration, .limits = {.choices = integrations},
+         .help = "cells: in each tetrahedron prefix (default), exact or psi,\nor of its ends exp, average, "
+                 "scalar"},
         {"field", .value = "FIELD", .parse = tool_parse_choice, .target = &r.field, .given = &r.has_field,
          .limits = {.choices = fields},
          .help = "exact: trilinear (default), tetrahedra, or preclassified:\nwhat is interpolated"},
@@ -394,6 +369,7 @@ int cmd_render(int argc, char **argv)
     r.quality.classification = (enum vr_classification)r.classification;
     if (r.method < VR_METHODS)
         r.quality.method = (enum vr_method)r.method;
+    r.quality.cells_integration = (enum vr_cells_integration)r.integration;
     r.renderer.context = (enum vr_context_kind)r.context;
     r.renderer.filter = (enum vr_filter)r.filter;
     return render(&r, argv[first]);

@@ -27,11 +27,11 @@ struct tool_request {
     struct tool_reals iso, iso_opacity;
     struct vr_isotrace_params isotrace;
     struct tool_slices slices;
-    int mode, method, context, field, filter, classification, emission;
-    double orbit[2], eye[3], look[3], up[3], fov, ortho;
+    int mode, method, context, field, filter, integration, classification, emission;
+    double orbit[2], eye[3], look[3], up[3], fov, ortho, opacity;
     bool has_iso, has_camera, has_eye, has_look, has_up, has_fov, has_ortho;
     bool has_step, has_termination, has_refinements, has_cache, has_context, has_field, has_turntable;
-    bool has_opacity, has_emission, has_clip_box, has_classification, no_skip, json, quiet;
+    bool has_opacity, has_emission, has_clip_box, has_integration, has_classification, no_skip, json, quiet;
 };
 
 /* A picture for every camera, written to every output; reports: one each. *final: no frame's budget was used

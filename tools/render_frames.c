@@ -121,8 +121,10 @@ int tool_render_frames(const struct tool_request *request, const struct brick_vo
     /* An isosurface without --tf keeps its plain colour. */
     if (!code && (studio.scene.mode != BRICK_MODE_ISO || request->tf))
         code = tool_transfer_load(&transfer, request->tf, volume, err);
-    if (transfer)
+    if (transfer) {
         brick_transfer_set_emission(transfer, (enum brick_emission)request->emission);
+        brick_transfer_scale(transfer, request->opacity);
+    }
     studio.scene.transfer = transfer;
     if (!code)
         code = brick_image_init(&studio.image, studio.scene.width, studio.scene.height, err);

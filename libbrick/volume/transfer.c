@@ -258,6 +258,12 @@ static size_t knots_upto(const struct brick_transfer *t, double value)
     return lo;
 }
 
+void brick_transfer_scale(struct brick_transfer *transfer, double factor)
+{
+    for (size_t i = 0; i < transfer->count; i++)
+        transfer->knots[i].sigma *= factor;
+}
+
 void brick_transfer_eval(const struct brick_transfer *transfer, double value, double rgb[3], double *sigma)
 {
     if (isnan(value)) {

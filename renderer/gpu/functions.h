@@ -38,8 +38,10 @@
     X(PFNGLDISABLEPROC, Disable)                                                                             \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                                                       \
     X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                                                     \
+    X(PFNGLDRAWELEMENTSPROC, DrawElements)                                                                   \
     X(PFNGLENABLEPROC, Enable)                                                                               \
     X(PFNGLENDQUERYPROC, EndQuery)                                                                           \
+    X(PFNGLFINISHPROC, Finish)                                                                               \
     X(PFNGLFLUSHPROC, Flush)                                                                                 \
     X(PFNGLFRAMEBUFFERPARAMETERIPROC, FramebufferParameteri)                                                 \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                                                   \

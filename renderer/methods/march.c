@@ -270,10 +270,6 @@ int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_pr
 {
     const struct brick_level *level = frame->level;
     struct vr_uniforms u = {.gl = &frame->context->gl};
-    if (frame->scene->transfer && frame->scene->transfer->emission != BRICK_EMISSION_SCALED)
-        return brick_fail(
-            err, BRICK_ERR_UNSUPPORTED,
-            "marched rays emit colour scaled by extinction only; methods slices and exact do both");
     int result = rays_resize(&m->rays, frame->context, image,
                              level->bricks[0] * level->bricks[1] * level->bricks[2], err);
     if (!result && (frame->deadline_ns != UINT64_MAX || frame->upload_bytes != UINT64_MAX))

@@ -18,9 +18,10 @@ struct vr_method_row {
     int (*texels)(void *state, const struct vr_frame *frame, const struct vr_texels **texels,
                   struct brick_error *err);
     bool filters;       /* draws from an atlas for VR_FILTER_FAST, too */
+    bool glows;         /* is emission independent of extinction drawn? */
     bool clips, meshes; /* draws clip planes, meshes; the renderer refuses what is not drawn */
 };
 
-extern const struct vr_method_row vr_raycast, vr_slices;
+extern const struct vr_method_row vr_raycast, vr_slices, vr_cells;
 
 #endif

@@ -281,6 +281,22 @@ static void bad_functions_are_refused(void **state)
     assert_non_null(strstr(err.message, "ct-bone"));
 }
 
+static void scaling_raises_what_gets_through_to_a_power(void **state)
+{
+    static const struct brick_transfer_point points[] = {{0, 1, 0, 0, 0}, {1, 0, 1, 0, 0.5}, {2, 0, 1, 0, 1}};
+    struct brick_transfer *t = create(points, 3);
+    double before[3] = {sigma_at(t, 0.25), sigma_at(t, 1.0), sigma_at(t, 1.75)}, rgb[3], sigma;
+    (void)state;
+    brick_transfer_scale(t, 2.5);
+    assert_true(sigma_at(t, 0.25) == 2.5 * before[0]);
+    assert_true(fabs(sigma_at(t, 1.0) - 2.5 * before[1]) < 1e-15 &&
+                fabs(sigma_at(t, 1.75) - 2.5 * before[2]) < 1e-12);
+    brick_transfer_eval(t, 0.5, rgb, &sigma);
+    assert_true(fabs(rgb[0] - 0.5) < 1e-15);
+    assert_true(brick_transfer_visible(t, 0.0, 1e-300) && !brick_transfer_visible(t, -1.0, 0.0));
+    brick_transfer_destroy(&t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -294,6 +310,7 @@ int main(void)
         cmocka_unit_test(one_point_is_a_constant),
         cmocka_unit_test(ranges_map_and_may_be_empty),
         cmocka_unit_test(builtins_are_continuous),
+        cmocka_unit_test(scaling_raises_what_gets_through_to_a_power),
         cmocka_unit_test(bad_functions_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -77,6 +77,10 @@ int brick_transfer_create(struct brick_transfer **out, const struct brick_transf
 void brick_transfer_destroy(struct brick_transfer **transfer);
 /* Before anyone else reads it; a new one is BRICK_EMISSION_SCALED. */
 void brick_transfer_set_emission(struct brick_transfer *transfer, enum brick_emission emission);
+/* Multiply extinction by a global opacity factor, above 0 and finite (Maximo et al. 2008, section 5, call it
+ * brightness), before others read it: what gets through a length is raised to that power. Where the function
+ * is transparent does not change. */
+void brick_transfer_scale(struct brick_transfer *transfer, double factor);
 
 /* Colour and extinction at a physical value; at a jump the right side. NaN gives zero extinction. */
 void brick_transfer_eval(const struct brick_transfer *transfer, double value, double rgb[3], double *sigma);

@@ -54,6 +54,7 @@ extern const struct vr_scene vr_scene_defaults;
 enum vr_method {
     VR_METHOD_RAYCAST, /* Krueger and Westermann 2003; Scharsach 2005 */
     VR_METHOD_SLICES,  /* Wilson, Van Gelder and Wilhelms 1994 */
+    VR_METHOD_CELLS,   /* Maximo, Marroquim, Farias and Esperanca 2008 */
     VR_METHODS
 };
 
@@ -74,6 +75,23 @@ struct vr_slices {
     bool back_to_front;       /* as in the paper; no ray ends early then */
 };
 
+/* How cells make a colour of the scalars where a ray enters and leaves a tetrahedron and of the length
+ * between (Maximo et al. 2008). */
+enum vr_cells_integration {
+    VR_CELLS_PREFIX, /* better than the paper: all of the transfer function between the ends by its prefix
+                        integrals, depth exactly, colour by its first two moments, as
+                        VR_CLASSIFY_PREINTEGRATED */
+    VR_CELLS_EXACT,  /* cut at the transfer function's knots, partial pre-integration in between: no error but
+                        rounding; up to 3000 pieces of the transfer function */
+    VR_CELLS_PSI,    /* partial pre-integration between the ends' colours and extinctions, by a table of 512 x
+                        512 (section 4.2.2, Moreland and Angel 2004) */
+    VR_CELLS_EXP,    /* the ends' mean colour and extinction, exp from a table of 256 (4.2.2) */
+    VR_CELLS_AVERAGE, /* the same, exp computed (4.2.2) */
+    VR_CELLS_SCALAR,  /* colour and extinction at the ends' mean scalar (section 3, Shirley and Tuchman 1990)
+                       */
+    VR_CELLS_INTEGRATIONS
+};
+
 /* Where along the way from voxels to a colour the transfer function comes. */
 enum vr_classification {
     VR_CLASSIFY_POST,         /* of the field's value at each sample */
@@ -91,6 +109,7 @@ struct vr_quality {
     uint32_t refinements; /* bisections at an isosurface hit */
     enum vr_classification classification;
     struct vr_slices slices;
+    enum vr_cells_integration cells_integration;
 };
 extern const struct vr_quality vr_quality_defaults;
 
@@ -102,6 +121,8 @@ struct vr_report {
     uint64_t gpu_cache_bytes, gpu_cache_peak_bytes; /* of the cache texture; of its slots ever in use */
     uint64_t host_cache_peak_bytes;                 /* of decoded bricks, ever */
     uint64_t samples;                               /* of the field, fetched */
+    uint64_t tetrahedra;                            /* cells: of the level; samples: of those, drawn */
+    double seconds_setup, seconds_draw;             /* cells: finding what is drawn; drawing it */
     double seconds_frame;                           /* loading, drawing and reading back */
     char gl_renderer[128];                          /* "" for methods on the CPU */
 };
@@ -141,7 +162,11 @@ void vr_renderer_destroy(struct vr_renderer **renderer);
  *
  * slices: planes of one depth each, blended brick by brick in batches that the cache holds; the same bytes
  * for all sizes of the caches and bricks. No isosurfaces. Pre-classified voxels go with dvr; the GPU's cache
- * then holds colours, four channels a voxel. */
+ * then holds colours, four channels a voxel.
+ *
+ * cells: dvr through a parallel camera; of the quality only skip and cells_integration. Each cell is five
+ * tetrahedra, on which the field is linear: vr_render_exact with VR_FIELD_TETRAHEDRA is what they are exact
+ * of. The picture is the same bytes for all sizes of the caches, and with skip on or off. */
 int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
               struct brick_image *image, struct vr_report *report, struct brick_error *err);
 

@@ -453,4 +453,5 @@ const struct vr_method_row vr_slices = {.state_bytes = sizeof(struct slices),
                                         .finish = finish,
                                         .texels = find_texels,
                                         .filters = true,
-                                        .clips = true};
+                                        .clips = true,
+                                        .glows = true};
