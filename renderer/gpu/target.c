@@ -76,6 +76,18 @@ void vr_target_copy(const struct vr_target *target, struct vr_context *context, 
                          width, height, 1);
 }
 
+void vr_target_clear(const struct vr_target *target, struct vr_context *context)
+{
+    static const GLenum attachments[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    static const GLuint zeros[4] = {0};
+    const struct vr_gl *gl = &context->gl;
+    gl->BindFramebuffer(GL_FRAMEBUFFER, target->read_framebuffer);
+    gl->DrawBuffers(2, attachments);
+    for (int i = 0; i < 2; i++)
+        gl->ClearBufferuiv(GL_COLOR, i, zeros);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
+}
+
 void vr_target_use(const struct vr_target *target, struct vr_context *context, GLuint words_unit,
                    GLuint numbers_unit)
 {

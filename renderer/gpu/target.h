@@ -31,6 +31,9 @@ void vr_target_finish(struct vr_target *target, struct vr_context *context);
 void vr_target_copy(const struct vr_target *target, struct vr_context *context, const struct vr_target *from,
                     int width, int height);
 
+/* Words and numbers to 0. */
+void vr_target_clear(const struct vr_target *target, struct vr_context *context);
+
 /* Make words and numbers the images of two units. */
 void vr_target_use(const struct vr_target *target, struct vr_context *context, GLuint words_unit,
                    GLuint numbers_unit);

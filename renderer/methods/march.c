@@ -10,6 +10,7 @@
 
 #include <brick/threads.h>
 
+#include "footprint.h"
 #include "shaders.h"
 
 #define TARGET_EDGE      1024
@@ -144,10 +145,18 @@ static bool uses_depth(const struct round *round)
     return false;
 }
 
-static void all_unfinished(struct vr_march_rays *rays)
+/* A part's rays begin: in all tiles or, where only active bricks can show, in those that can show one; the
+ * others' pixels are empty. */
+static void begin_tiles(struct vr_march_rays *rays, const struct vr_frame *frame, const struct part *part)
 {
+    const struct vr_tiles tiles = {part->x, part->y, part->width, part->height, VR_TARGET_TILE, TILES_ACROSS};
     for (uint32_t t = 0; t < TILES; t++)
         rays->feedback.words[t] = 1;
+    if (!frame->quality->skip || frame->scene->mesh_count)
+        return;
+    vr_footprint(&frame->view, frame->grid, frame->scene->level, vr_residency_states(frame->residency),
+                 &tiles, rays->feedback.words);
+    vr_target_clear(&rays->target, frame->context);
 }
 
 static int set_scene(const struct vr_frame *frame, const struct vr_uniforms *u, struct brick_error *err)
@@ -265,7 +274,7 @@ static int draw_part(struct vr_march *m, struct vr_frame *frame, const struct ro
     const struct vr_atlas *atlas = vr_residency_atlas(frame->residency);
     const struct part part = part_of(image, m->part);
     if (!m->resume) {
-        all_unfinished(&m->rays);
+        begin_tiles(&m->rays, frame, &part);
         m->ahead = 1;
     }
     int result = begin_part(m, frame, round, &part, err);
@@ -308,7 +317,7 @@ static int look(struct vr_march *m, const struct vr_frame *frame, struct brick_i
     for (int p = m->part; p < part_count(image) && !result; p++) {
         const struct part part = part_of(image, p);
         bool resume = p == m->part && m->resume, unfinished = true;
-        all_unfinished(&m->look);
+        begin_tiles(&m->look, frame, &part);
         if (resume) {
             memcpy(m->look.feedback.words, m->rays.feedback.words, TILES * sizeof *m->look.feedback.words);
             vr_target_copy(&m->look.target, frame->context, &m->rays.target, part.width, part.height);

@@ -236,6 +236,11 @@ uint32_t vr_residency_slot(const struct vr_residency *r, uint32_t brick)
     return r->slot_of[brick];
 }
 
+const uint8_t *vr_residency_states(const struct vr_residency *r)
+{
+    return r->state;
+}
+
 void vr_residency_count(const struct vr_residency *r, struct vr_residency_counters *counters)
 {
     struct brick_cache_counters now;

@@ -68,6 +68,9 @@ int vr_residency_hold(struct vr_residency *residency, const uint32_t *bricks, si
 /* The slot of a brick of the level, UINT32_MAX when it is not resident. */
 uint32_t vr_residency_slot(const struct vr_residency *residency, uint32_t brick);
 
+/* A byte a brick of the level (brick/active.h), x fastest, for the picture. */
+const uint8_t *vr_residency_states(const struct vr_residency *residency);
+
 void vr_residency_count(const struct vr_residency *residency, struct vr_residency_counters *counters);
 const struct vr_atlas *vr_residency_atlas(const struct vr_residency *residency);
 const struct vr_macrocells *vr_residency_macrocells(const struct vr_residency *residency);
