@@ -44,8 +44,8 @@ static const struct {
     const char *name;
     int (*run)(struct papers *papers, struct brick_error *err);
 } chapters[] = {
-    {"parker", paper_parker},
-    {"wilson", paper_wilson},
+    {"scharsach", paper_scharsach}, {"krueger", paper_krueger}, {"maximo", paper_maximo},
+    {"parker", paper_parker},       {"wilson", paper_wilson},
 };
 
 void paper_scene(const struct paper_volume *v, enum brick_mode mode, double azimuth, bool parallel,
@@ -132,6 +132,38 @@ void paper_volume_close(struct papers *papers, int kind)
         unlink(v->path);
         *v->path = '\0';
     }
+}
+
+static void turn(struct vr_scene *scene, const struct paper_volume *volume, uint32_t frame)
+{
+    const double height = scene->camera.ortho_height_mm;
+    brick_camera_orbit(&scene->camera, brick_volume_grid(volume->volume), 20.0 + 11.0 * frame, 10.0, 0.0,
+                       height, 1.0);
+}
+
+int paper_measure(const struct papers *papers, const struct paper_volume *volume,
+                  const struct vr_scene *scenes, const struct vr_quality *qualities, size_t ways,
+                  double *seconds, struct vr_report *reports, struct brick_error *err)
+{
+    static double times[PAPER_WAYS][BENCH_REPEAT_MAX];
+    struct vr_renderer *renderer = NULL;
+    struct brick_image image = {0};
+    int code = brick_image_init(&image, scenes[0].width, scenes[0].height, err);
+    if (!code)
+        code = vr_renderer_create(&renderer, volume->volume, &papers->renderer, err);
+    for (uint32_t frame = 0; frame <= papers->frames && !code; frame++)
+        for (size_t w = 0; w < ways && !code; w++) {
+            struct vr_scene scene = scenes[w];
+            turn(&scene, volume, frame);
+            code = vr_render(renderer, &scene, &qualities[w], &image, &reports[w], err);
+            if (frame)
+                times[w][frame - 1] = reports[w].seconds_frame;
+        }
+    for (size_t w = 0; w < ways && !code; w++)
+        seconds[w] = bench_spread(times[w], papers->frames).median;
+    vr_renderer_destroy(&renderer);
+    brick_image_finish(&image);
+    return code;
 }
 
 int bench_papers(int argc, char **argv)

@@ -47,8 +47,18 @@ int paper_tables_show(const struct papers *papers, const struct paper_table *con
 void paper_scene(const struct paper_volume *volume, enum brick_mode mode, double azimuth, bool parallel,
                  struct vr_scene *scene);
 
+/* Ways to draw one scene, timed in turns, each frame from another side; the first, which loads and compiles,
+ * not counted. seconds: medians; reports: of the last frame. */
+enum { PAPER_WAYS = 8 };
+int paper_measure(const struct papers *papers, const struct paper_volume *volume,
+                  const struct vr_scene *scenes, const struct vr_quality *qualities, size_t ways,
+                  double *seconds, struct vr_report *reports, struct brick_error *err);
+
 /* Each makes its tables in the folder and prints them. */
+int paper_krueger(struct papers *papers, struct brick_error *err);
+int paper_maximo(struct papers *papers, struct brick_error *err);
 int paper_parker(struct papers *papers, struct brick_error *err);
+int paper_scharsach(struct papers *papers, struct brick_error *err);
 int paper_wilson(struct papers *papers, struct brick_error *err);
 
 #endif

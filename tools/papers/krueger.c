@@ -1,0 +1,79 @@
+/* Krueger and Westermann 2003, table 1: slices against rays in passes, without acceleration, with early
+ * termination, and with skipping of empty space too, at 512 x 512. Their scans: an MRI head, a foot (CT), and
+ * an engine. */
+#include <math.h>
+#include <stdio.h>
+
+#include "papers.h"
+#include "table.h"
+
+enum { SLICES, PLAIN, TERMINATED, SKIPPED, WAYS };
+
+/* Frames a second, theirs. */
+static const struct {
+    int kind;
+    const char *like;
+    double paper[WAYS];
+} rows[] = {
+    {PAPER_MRI, "MRI (head)", {7.1, 4.8, 14.4, 23.4}},
+    {PAPER_CT, "CT (foot)", {7.1, 4.8, 10.2, 17.7}},
+    {PAPER_BODY_SMALL, "body 256x256x128", {NAN, NAN, NAN, NAN}},
+    {PAPER_LOBB, "Marschner-Lobb 64^3", {NAN, NAN, NAN, NAN}},
+};
+
+static void set_ways(const struct paper_volume *volume, struct vr_scene scenes[WAYS],
+                     struct vr_quality qualities[WAYS])
+{
+    for (int w = 0; w < WAYS; w++) {
+        paper_scene(volume, BRICK_MODE_DVR, 0.0, false, &scenes[w]);
+        qualities[w] = vr_quality_defaults;
+        qualities[w].method = w == SLICES ? VR_METHOD_SLICES : VR_METHOD_MULTIPASS;
+        qualities[w].step_vox = 1.0;
+        qualities[w].termination = w >= TERMINATED ? 0.05 : 0.0;
+        qualities[w].skip = w == SKIPPED;
+        qualities[w].slices.planes = 0; /* one a step */
+        qualities[w].slices.back_to_front = true;
+        qualities[w].slices.framebuffer = VR_FRAMEBUFFER_8;
+    }
+}
+
+int paper_krueger(struct papers *papers, struct brick_error *err)
+{
+    struct paper_table table = {
+        .name = "krueger-1",
+        .title = "Krueger and Westermann 2003, table 1: frames a second (512x512, step 1)",
+        .note = "slices: all of them, in 8 bits; rays: in passes, plain, ending below a transmittance of "
+                "0.05, and skipping too.\n"
+                "Ratios to plain rays.",
+        .column = {"slices", "rays", "terminated", "and skipping", "slices/rays", "paper", "term./rays",
+                   "paper", "skip/rays", "paper"},
+        .columns = 10,
+        .ours = 8,
+        .paper = 9,
+    };
+    int code = BRICK_OK;
+    for (size_t r = 0; r < sizeof rows / sizeof *rows && !code; r++) {
+        const struct paper_volume *volume = &papers->volume[rows[r].kind];
+        struct vr_scene scenes[WAYS];
+        struct vr_quality qualities[WAYS];
+        struct vr_report reports[WAYS];
+        double seconds[WAYS];
+        if ((code = paper_volume_open(papers, rows[r].kind, err)) || !volume->volume)
+            continue;
+        set_ways(volume, scenes, qualities);
+        if ((code = paper_measure(papers, volume, scenes, qualities, WAYS, seconds, reports, err)))
+            break;
+        struct paper_row *row = paper_row_add(&table, rows[r].like);
+        for (int w = 0; w < WAYS; w++)
+            row->value[w] = 1.0 / seconds[w];
+        static const int compared[] = {SLICES, TERMINATED, SKIPPED};
+        for (int i = 0; i < 3; i++) {
+            row->value[4 + 2 * i] = seconds[PLAIN] / seconds[compared[i]];
+            row->value[5 + 2 * i] = rows[r].paper[compared[i]] / rows[r].paper[PLAIN];
+        }
+    }
+    if (code)
+        return code;
+    const struct paper_table *tables[] = {&table};
+    return paper_tables_show(papers, tables, 1, err);
+}
