@@ -15,9 +15,10 @@
 struct bench_variant {
     const char *name;
     struct vr_quality quality; /* all but the step */
-    enum vr_field field;       /* what it converges to */
-    double order;              /* of convergence, by theory; 0: none is promised */
-    bool steps;                /* has a step; otherwise it is one row */
+    enum vr_filter filter;
+    enum vr_field field; /* what it converges to */
+    double order;        /* of convergence, by theory; 0: none is promised */
+    bool steps;          /* has a step; otherwise it is one row */
 };
 
 struct bench_accuracy_row {
