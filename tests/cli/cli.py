@@ -34,6 +34,7 @@ HAS_EGL = HAS_GL and has_library("libEGL.so.1")
 HAS_OSMESA = HAS_GL and has_library("libOSMesa.so.8")
 
 needs_exr = unittest.skipUnless(HAS_EXR, "built without OpenEXR")
+needs_zlib = unittest.skipUnless(os.environ["BRICK_ZLIB"] == "1", "built without zlib")
 needs_png = unittest.skipUnless(HAS_PNG, "built without libpng")
 needs_gl = unittest.skipUnless(HAS_EGL or HAS_OSMESA, "no OpenGL in this build or on this machine")
 needs_egl_and_osmesa = unittest.skipUnless(HAS_EGL and HAS_OSMESA, "needs both EGL and OSMesa")

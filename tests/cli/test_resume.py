@@ -101,6 +101,7 @@ class Resume(cli.Case):
         os.remove(self.path("tiled.brick"))
         self.killed_and_resumed(12, *options, seed=3)
 
+    @cli.needs_zlib
     def test_gzip(self):
         """A source that can only be read from front to back."""
         header = "NRRD0004\ntype: uint16\ndimension: 3\nsizes: %s\nendian: little\nencoding: gzip\n\n"
