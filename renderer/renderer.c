@@ -95,7 +95,7 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
         return brick_fail(err, BRICK_ERR_ARGUMENT, "method %d does not exist", (int)quality->method);
     if ((unsigned)quality->setup > VR_SETUP_GEOMETRY)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "ray set-up %d does not exist", (int)quality->setup);
-    if (!methods[quality->method]->filters && vr_residency_atlas(r->residency)->filter == VR_FILTER_FAST)
+    if (!methods[quality->method]->filters && vr_residency_filter(r->residency) == VR_FILTER_FAST)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method does not draw with the fast filter");
     if ((unsigned)quality->classification > VR_CLASSIFY_PREINTEGRATED)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "classification %d does not exist",

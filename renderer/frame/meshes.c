@@ -205,6 +205,8 @@ int vr_meshes_draw(const struct vr_frame *frame, int x, int y, struct brick_erro
     gl->BindFramebuffer(GL_FRAMEBUFFER, layer->framebuffer);
     gl->BindVertexArray(layer->vertex_array);
     gl->Viewport(0, 0, layer->width, layer->height);
+    gl->DepthMask(GL_TRUE); /* clearing heeds it, too */
+    gl->DepthFunc(GL_LESS);
     gl->ClearBufferfv(GL_COLOR, 0, nothing);
     gl->ClearBufferuiv(GL_COLOR, 1, nowhere);
     gl->ClearBufferfv(GL_DEPTH, 0, &deepest);

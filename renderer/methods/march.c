@@ -347,8 +347,6 @@ int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_ma
                              level->bricks[0] * level->bricks[1] * level->bricks[2], err);
     if (!result && (frame->deadline_ns != UINT64_MAX || frame->upload_bytes != UINT64_MAX))
         result = vr_residency_stand_in(frame->residency, err);
-    if (!result && frame->scene->mesh_count)
-        result = vr_meshes_begin(frame, m->rays.target.width, m->rays.target.height, err);
     if (!frame->begun) {
         m->part = 0;
         m->resume = false;

@@ -218,14 +218,15 @@ int vr_residency_stand_in(struct vr_residency *r, struct brick_error *err)
 int vr_residency_order(struct vr_residency *r, bool far_first, const uint32_t **bricks, size_t *count,
                        struct brick_error *err)
 {
-    size_t n = 0;
-    int result = vr_wants_reserve(&r->wants, r->active, err);
-    uint32_t *order = realloc(r->order, (r->active ? r->active : 1) * sizeof *order);
+    size_t most = 0, n = 0;
+    for (uint64_t b = 0; b < r->bricks; b++) /* r->active lacks those that came for a gradient */
+        most += r->state[b] >= BRICK_STATE_ACTIVE;
+    int result = vr_wants_reserve(&r->wants, most, err);
+    uint32_t *order = realloc(r->order, (most ? most : 1) * sizeof *order);
     if (order)
         r->order = order;
     else if (!result)
-        result = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of %llu bricks",
-                            (unsigned long long)r->active);
+        result = brick_fail(err, BRICK_ERR_MEMORY, "no memory for a list of %zu bricks", most);
     if (result)
         return result;
     for (uint64_t b = 0; b < r->bricks; b++)

@@ -262,6 +262,11 @@ const struct vr_atlas *vr_residency_atlas(const struct vr_residency *residency)
     return &residency->atlas;
 }
 
+enum vr_filter vr_residency_filter(const struct vr_residency *residency)
+{
+    return residency->filter;
+}
+
 const struct vr_macrocells *vr_residency_macrocells(const struct vr_residency *residency)
 {
     return &residency->macrocells;

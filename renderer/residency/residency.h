@@ -73,6 +73,8 @@ const uint8_t *vr_residency_states(const struct vr_residency *residency);
 
 void vr_residency_count(const struct vr_residency *residency, struct vr_residency_counters *counters);
 const struct vr_atlas *vr_residency_atlas(const struct vr_residency *residency);
+/* Of voxels; colours in their place are not filtered by the texture unit, whatever this says. */
+enum vr_filter vr_residency_filter(const struct vr_residency *residency);
 const struct vr_macrocells *vr_residency_macrocells(const struct vr_residency *residency);
 const struct vr_buffer *vr_residency_pages(const struct vr_residency *residency);
 

@@ -63,7 +63,7 @@ struct vr_residency {
     /* The picture at hand. */
     struct brick_active_query query; /* only while bricks are classified */
     struct vr_depth depth;
-    uint64_t active, loaded;
+    uint64_t active, loaded; /* active: by what it shows; bricks that came for a gradient are not counted */
     struct brick_cache_counters before;
 
     uint32_t *order; /* NULL until asked for */

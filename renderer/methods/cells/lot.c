@@ -142,6 +142,7 @@ static void draw_runs(const struct vr_cell_lot *lot, const struct vr_cell_draw *
     gl->BindVertexArray(lot->vertex_array);
     vr_canvas_use(draw->canvas, draw->frame->context);
     gl->Enable(GL_BLEND);
+    gl->BlendEquation(GL_FUNC_ADD);
     gl->BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     for (size_t r = 0; r < lot->run_count; r++) {
         const struct vr_cell_run *run = &lot->runs[r];
