@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "frame.h"
+#include "projection.h"
 #include "scene.h"
 #include "shaders.h"
 
@@ -93,28 +94,8 @@ int vr_meshes_begin(const struct vr_frame *frame, int width, int height, struct 
     return result;
 }
 
-static bool is_parallel(const struct vr_frame *frame)
-{
-    return frame->scene->camera.ortho_height_mm > 0.0;
-}
-
-/* The rows of the inverse of the matrix whose columns are a, b, c. */
-static void invert_columns(const double *const column[3], double inverse[3][3])
-{
-    double determinant = 0.0;
-    for (int r = 0; r < 3; r++) {
-        const double *p = column[(r + 1) % 3], *q = column[(r + 2) % 3];
-        for (int i = 0; i < 3; i++)
-            inverse[r][i] = p[(i + 1) % 3] * q[(i + 2) % 3] - p[(i + 2) % 3] * q[(i + 1) % 3];
-    }
-    for (int i = 0; i < 3; i++)
-        determinant += inverse[0][i] * column[0][i];
-    for (int i = 0; i < 9; i++)
-        inverse[i / 3][i % 3] /= determinant;
-}
-
 /* At least the distance of every point of a mesh from the eye, or the plane of eyes. */
-static double farthest(const struct vr_frame *frame, const double viewpoint[3], const double ahead[3])
+static double farthest(const struct vr_frame *frame, const struct vr_projection *p, const double ahead[3])
 {
     double far = 0.0;
     for (uint32_t m = 0; m < frame->scene->mesh_count; m++) {
@@ -123,11 +104,11 @@ static double farthest(const struct vr_frame *frame, const double viewpoint[3], 
         for (int corner = 0; corner < 8; corner++) {
             double way = 0.0, distance = 0.0;
             for (int i = 0; i < 3; i++) {
-                double to = ((corner >> i & 1) ? high[i] : low[i]) - viewpoint[i];
+                double to = ((corner >> i & 1) ? high[i] : low[i]) - p->origin[i];
                 way += to * ahead[i];
                 distance = hypot(distance, to);
             }
-            far = fmax(far, is_parallel(frame) ? way : distance);
+            far = fmax(far, p->parallel ? way : distance);
         }
     }
     return 1.000001 * far;
@@ -153,7 +134,7 @@ static int use_program(const struct vr_frame *frame, const struct brick_mesh *me
 }
 
 static int draw_mesh(const struct vr_frame *frame, uint32_t index, const struct brick_view *world,
-                     const double to_picture[3][3], double far, int x, int y, struct brick_error *err)
+                     const struct vr_projection *p, double far, int x, int y, struct brick_error *err)
 {
     static const GLfloat identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     const struct vr_mesh *mesh = &frame->scene->meshes[index];
@@ -166,9 +147,9 @@ static int draw_mesh(const struct vr_frame *frame, uint32_t index, const struct 
     vr_set_view(&u, world);
     vr_frame_set_shading(frame, &u);
     u.gl->UniformMatrix3fv(u.gl->GetUniformLocation(u.program, "normal_matrix"), 1, GL_FALSE, identity);
-    vr_set_dvec3(&u, "viewpoint", world->origin);
-    u.gl->UniformMatrix3dv(u.gl->GetUniformLocation(u.program, "to_picture"), 1, GL_TRUE, &to_picture[0][0]);
-    vr_set_int(&u, "parallel", is_parallel(frame));
+    vr_set_dvec3(&u, "viewpoint", p->origin);
+    u.gl->UniformMatrix3dv(u.gl->GetUniformLocation(u.program, "to_picture"), 1, GL_TRUE, &p->inverse[0][0]);
+    vr_set_int(&u, "parallel", p->parallel);
     vr_set_ivec2(&u, "layer_size", layer->width, layer->height);
     vr_set_ivec2(&u, "tile_origin", x, y);
     vr_set_double(&u, "farthest_mm", far);
@@ -194,14 +175,12 @@ int vr_meshes_draw(const struct vr_frame *frame, int x, int y, struct brick_erro
     const struct vr_mesh_layer *layer = &frame->store->meshes;
     const struct vr_gl *gl = &frame->context->gl;
     struct brick_view world;
-    double to_picture[3][3];
+    struct vr_projection p;
     int result = BRICK_OK;
 
     vr_scene_world_view(&frame->view, frame->grid, &world);
-    const double *const columns[3] = {is_parallel(frame) ? world.origin_u : world.dir_u,
-                                      is_parallel(frame) ? world.origin_v : world.dir_v, world.dir};
-    invert_columns(columns, to_picture);
-    double far = farthest(frame, world.origin, world.dir);
+    vr_projection_init(&p, &world);
+    double far = farthest(frame, &p, world.dir);
     gl->BindFramebuffer(GL_FRAMEBUFFER, layer->framebuffer);
     gl->BindVertexArray(layer->vertex_array);
     gl->Viewport(0, 0, layer->width, layer->height);
@@ -212,7 +191,7 @@ int vr_meshes_draw(const struct vr_frame *frame, int x, int y, struct brick_erro
     gl->ClearBufferfv(GL_DEPTH, 0, &deepest);
     gl->Enable(GL_DEPTH_TEST);
     for (uint32_t m = 0; m < frame->scene->mesh_count && far > 0.0 && !result; m++)
-        result = draw_mesh(frame, m, &world, to_picture, far, x, y, err);
+        result = draw_mesh(frame, m, &world, &p, far, x, y, err);
     gl->Disable(GL_DEPTH_TEST);
     gl->BindVertexArray(0);
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
