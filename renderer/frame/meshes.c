@@ -10,6 +10,7 @@
 #include "projection.h"
 #include "scene.h"
 #include "shaders.h"
+#include "texture.h"
 
 enum { UNIT_POSITIONS = VR_UNIT_METHOD, UNIT_TRIANGLES, UNIT_NORMALS, UNIT_COLOURS };
 
@@ -31,16 +32,11 @@ static int write_mesh(struct vr_mesh_buffers *to, struct vr_context *context, co
     return result;
 }
 
-static GLuint create_texture(const struct vr_gl *gl, GLenum format, GLenum attachment, int width, int height)
+static GLuint attach_texture(struct vr_context *context, GLenum format, GLenum attachment, int width,
+                             int height)
 {
-    GLuint texture;
-    gl->GenTextures(1, &texture);
-    gl->BindTexture(GL_TEXTURE_2D, texture);
-    gl->TexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl->BindTexture(GL_TEXTURE_2D, 0);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture, 0);
+    GLuint texture = vr_texture_create(context, format, width, height);
+    context->gl.FramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture, 0);
     return texture;
 }
 
@@ -66,9 +62,9 @@ static int make_layer(struct vr_mesh_layer *layer, struct vr_context *context, i
     gl->GenVertexArrays(1, &layer->vertex_array);
     gl->GenFramebuffers(1, &layer->framebuffer);
     gl->BindFramebuffer(GL_FRAMEBUFFER, layer->framebuffer);
-    layer->colour = create_texture(gl, GL_RGBA32F, GL_COLOR_ATTACHMENT0, width, height);
-    layer->way = create_texture(gl, GL_RG32UI, GL_COLOR_ATTACHMENT1, width, height);
-    layer->depth = create_texture(gl, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT, width, height);
+    layer->colour = attach_texture(context, GL_RGBA32F, GL_COLOR_ATTACHMENT0, width, height);
+    layer->way = attach_texture(context, GL_RG32UI, GL_COLOR_ATTACHMENT1, width, height);
+    layer->depth = attach_texture(context, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT, width, height);
     gl->DrawBuffers(2, drawn);
     bool complete = gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -126,11 +122,7 @@ static int use_program(const struct vr_frame *frame, const struct brick_mesh *me
     char defines[64];
     snprintf(defines, sizeof defines, "%s%s", mesh->normal ? "#define MESH_NORMALS\n" : "",
              mesh->colour ? "#define MESH_COLOURS\n" : "");
-    u->gl = &frame->context->gl;
-    int result = vr_programs_get(&frame->store->programs, frame->context, &source, defines, &u->program, err);
-    if (!result)
-        u->gl->UseProgram(u->program);
-    return result;
+    return vr_frame_use_program(frame, &source, defines, u, err);
 }
 
 static int draw_mesh(const struct vr_frame *frame, uint32_t index, const struct brick_view *world,
@@ -198,17 +190,10 @@ int vr_meshes_draw(const struct vr_frame *frame, int x, int y, struct brick_erro
     return result;
 }
 
-static void use_texture(const struct vr_gl *gl, GLuint texture, int unit)
-{
-    gl->ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl->BindTexture(GL_TEXTURE_2D, texture);
-    gl->ActiveTexture(GL_TEXTURE0);
-}
-
 void vr_meshes_use(const struct vr_frame *frame, const struct vr_uniforms *u)
 {
-    use_texture(u->gl, frame->store->meshes.way, VR_UNIT_MESH_WAY);
-    use_texture(u->gl, frame->store->meshes.colour, VR_UNIT_MESH_COLOUR);
+    vr_texture_use(frame->context, frame->store->meshes.way, VR_UNIT_MESH_WAY);
+    vr_texture_use(frame->context, frame->store->meshes.colour, VR_UNIT_MESH_COLOUR);
     vr_set_int(u, "mesh_way", VR_UNIT_MESH_WAY);
     vr_set_int(u, "mesh_colour", VR_UNIT_MESH_COLOUR);
 }

@@ -333,13 +333,10 @@ static int use_programs(struct picture *p, struct brick_error *err)
     static const struct vr_program_source draw_source = {vertex, 2, fragment, 4};
     static const struct vr_program_source look_source = {NULL, 0, look, 3};
     static const char *const integrations[] = {"PREFIX", "EXACT", "PSI", "EXP", "AVERAGE", "SCALAR"};
-    struct vr_programs *programs = &p->frame->store->programs;
     char defines[VR_FRAME_DEFINES_BYTES + 512];
     size_t n = vr_frame_defines(p->frame, defines);
-    p->draw.look.gl = p->draw.draw.gl = &p->frame->context->gl;
     snprintf(defines + n, sizeof defines - n, "#define ROW %d\n", VR_CELL_LOT_ROW);
-    int result =
-        vr_programs_get(programs, p->frame->context, &look_source, defines, &p->draw.look.program, err);
+    int result = vr_frame_use_program(p->frame, &look_source, defines, &p->draw.look, err);
     int m = snprintf(
         defines + n, sizeof defines - n,
         "#define SLOTS %d\n#define FAN %d\n#define TEXELS %d\n"
@@ -349,9 +346,7 @@ static int use_programs(struct picture *p, struct brick_error *err)
         VR_BASIS_SLOTS, VR_BASIS_FAN, VR_BASIS_TEXELS, integrations[p->frame->quality->cells_integration]);
     if (p->planes)
         snprintf(defines + n + m, sizeof defines - n - (size_t)m, "#define CUTS %d\n", p->planes);
-    return result ? result
-                  : vr_programs_get(programs, p->frame->context, &draw_source, defines, &p->draw.draw.program,
-                                    err);
+    return result ? result : vr_frame_use_program(p->frame, &draw_source, defines, &p->draw.draw, err);
 }
 
 /* What both programs read, whatever the part. */
