@@ -86,7 +86,8 @@ static int check_classification(const struct tool_request *request)
 /* -1, or the exit code of a usage error. */
 static int check_request(const struct tool_request *request)
 {
-    bool iso = request->mode == BRICK_MODE_ISO;
+    const bool iso = request->mode == BRICK_MODE_ISO;
+    const bool marches = request->method == VR_METHOD_RAYCAST || request->method == VR_METHOD_MULTIPASS;
     if (!request->outputs.count)
         return tool_misuse("render", "no output: -o IMG.exr or IMG.png");
     if (iso && !request->has_iso)
@@ -97,7 +98,7 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--refine and --refinements go with --mode iso");
     if (request->refine && request->has_refinements)
         return tool_misuse("render", "--refinements goes with --refine bisection");
-    if (request->has_refine && request->method >= VR_METHODS)
+    if (request->has_refine && !marches)
         return tool_misuse("render", "--refine goes with --method raycast or multipass");
     if (request->has_camera && (request->has_eye || request->has_look || request->has_up))
         return tool_misuse("render", "--camera goes without --eye, --look and --up");
@@ -111,7 +112,7 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--fov and --ortho exclude each other");
     if (request->setup && request->classification == VR_CLASSIFY_PREINTEGRATED)
         return tool_misuse("render", "--setup geometry goes with --classification post");
-    if ((request->has_setup || request->offset) && request->method >= VR_METHODS)
+    if ((request->has_setup || request->offset) && !marches)
         return tool_misuse("render", "--setup and --offset go with --method raycast or multipass");
     if (request->has_pass_steps && request->method != VR_METHOD_MULTIPASS)
         return tool_misuse("render", "--pass-steps goes with --method multipass");
@@ -127,8 +128,10 @@ static int check_request(const struct tool_request *request)
     } else if (request->has_field) {
         return tool_misuse("render", "--field goes with --method exact");
     }
-    if (request->method >= VR_METHODS && (request->filter == VR_FILTER_FAST || request->budget.seconds > 0.0))
-        return tool_misuse("render", "--filter fast and --budget go with methods on the GPU");
+    if (request->filter == VR_FILTER_FAST && request->method >= VR_METHODS)
+        return tool_misuse("render", "--filter fast goes with methods on the GPU");
+    if (request->budget.seconds > 0.0 && !marches)
+        return tool_misuse("render", "--budget goes with --method raycast or multipass");
     const bool slices = request->method == VR_METHOD_SLICES;
     if (request->has_emission && ((!slices && request->method != METHOD_EXACT) ||
                                   (request->mode != BRICK_MODE_DVR && request->mode != BRICK_MODE_SHADED)))
@@ -350,7 +353,7 @@ int cmd_render(int argc, char **argv)
         {"no-skip", .target = &r.no_skip, .help = "do not jump over inactive parts (same picture, slower)"},
         {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &r.filter,
          .limits = {.choices = filters},
-         .help = "exact (default): trilinear in float32 by eight fetches, or\nfast: by the texture unit, "
+         .help = "exact (default): trilinear of eight voxels in float32, or\nfast: by the texture unit, "
                  "fractions of 2^-12"},
         {"budget", .value = "SECONDS", .parse = tool_parse_positive, .target = &r.budget.seconds,
          .help = "write what is there after so long; coarser bricks stand in\nfor what is missing"},

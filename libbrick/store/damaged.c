@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <brick/codec.h>
+
 #include "opened.h"
 
 /* Entries that can be read and could be right; the others stay zero. */
@@ -19,6 +21,7 @@ static int read_entries(struct brick_volume *v, const struct layout_header *h, s
     enum { CHUNK = 85 }; /* entries: about a page, which is what disks lose */
     unsigned char bytes[CHUNK * LAYOUT_ENTRY_BYTES];
     const struct layout_extent *index = &h->table[LAYOUT_INDEX];
+    const size_t payload = brick_grid_max_payload_bytes(&v->grid);
     uint64_t file_bytes = 0;
     int code = brick_io_size(&v->io, &file_bytes, err);
     for (uint64_t id = 0; !code && id < v->grid.bricks; id += CHUNK) {
@@ -35,6 +38,7 @@ static int read_entries(struct brick_volume *v, const struct layout_header *h, s
             layout_get_entry(&e, bytes + i * LAYOUT_ENTRY_BYTES);
             uint64_t start = e.offset;
             bool placed = e.flags & BRICK_FLAG_CONSTANT || e.offset >= LAYOUT_HEADER_BYTES;
+            placed = placed && e.bytes <= brick_codec_bound((enum brick_codec)e.codec, payload);
             if (placed && start <= h->table[0].offset && opened_entry_sane(v, &e, h->table[0].offset, &start))
                 v->entries[id + i] = e;
         }

@@ -53,6 +53,11 @@ int brick_mesh_add_vertex(struct brick_mesh *mesh, const double position_mm[3], 
         if (!(fabs(position_mm[i]) <= BRICK_MESH_MAX_MM))
             return brick_fail(err, BRICK_ERR_FORMAT, "vertex %llu is at %g, not within %g mm",
                               (unsigned long long)v, position_mm[i], BRICK_MESH_MAX_MM);
+    if (v && (!normal != !mesh->normal || !colour != !mesh->colour))
+        return brick_fail(err, BRICK_ERR_FORMAT,
+                          "vertex %llu has a normal or a colour where those before it have none, or none "
+                          "where they have one",
+                          (unsigned long long)v);
     if (v == mesh->vertex_room) {
         int result = more_vertices(mesh, normal, colour, err);
         if (result)

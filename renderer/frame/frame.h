@@ -70,6 +70,9 @@ struct vr_uniforms {
     const struct vr_gl *gl;
     GLuint program;
 };
+/* Take the store's program of that source and these defines, and use it. */
+int vr_frame_use_program(const struct vr_frame *frame, const struct vr_program_source *source,
+                         const char *defines, struct vr_uniforms *u, struct brick_error *err);
 void vr_set_int(const struct vr_uniforms *u, const char *name, int v);
 void vr_set_float(const struct vr_uniforms *u, const char *name, double v);
 void vr_set_double(const struct vr_uniforms *u, const char *name, double v);

@@ -7,8 +7,10 @@
 #include <stdio.h>
 
 #include "frame.h"
+#include "projection.h"
 #include "scene.h"
 #include "shaders.h"
+#include "texture.h"
 
 enum { UNIT_POSITIONS = VR_UNIT_METHOD, UNIT_TRIANGLES, UNIT_NORMALS, UNIT_COLOURS };
 
@@ -30,16 +32,11 @@ static int write_mesh(struct vr_mesh_buffers *to, struct vr_context *context, co
     return result;
 }
 
-static GLuint create_texture(const struct vr_gl *gl, GLenum format, GLenum attachment, int width, int height)
+static GLuint attach_texture(struct vr_context *context, GLenum format, GLenum attachment, int width,
+                             int height)
 {
-    GLuint texture;
-    gl->GenTextures(1, &texture);
-    gl->BindTexture(GL_TEXTURE_2D, texture);
-    gl->TexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl->BindTexture(GL_TEXTURE_2D, 0);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture, 0);
+    GLuint texture = vr_texture_create(context, format, width, height);
+    context->gl.FramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, texture, 0);
     return texture;
 }
 
@@ -65,9 +62,9 @@ static int make_layer(struct vr_mesh_layer *layer, struct vr_context *context, i
     gl->GenVertexArrays(1, &layer->vertex_array);
     gl->GenFramebuffers(1, &layer->framebuffer);
     gl->BindFramebuffer(GL_FRAMEBUFFER, layer->framebuffer);
-    layer->colour = create_texture(gl, GL_RGBA32F, GL_COLOR_ATTACHMENT0, width, height);
-    layer->way = create_texture(gl, GL_RG32UI, GL_COLOR_ATTACHMENT1, width, height);
-    layer->depth = create_texture(gl, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT, width, height);
+    layer->colour = attach_texture(context, GL_RGBA32F, GL_COLOR_ATTACHMENT0, width, height);
+    layer->way = attach_texture(context, GL_RG32UI, GL_COLOR_ATTACHMENT1, width, height);
+    layer->depth = attach_texture(context, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT, width, height);
     gl->DrawBuffers(2, drawn);
     bool complete = gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -93,28 +90,8 @@ int vr_meshes_begin(const struct vr_frame *frame, int width, int height, struct 
     return result;
 }
 
-static bool is_parallel(const struct vr_frame *frame)
-{
-    return frame->scene->camera.ortho_height_mm > 0.0;
-}
-
-/* The rows of the inverse of the matrix whose columns are a, b, c. */
-static void invert_columns(const double *const column[3], double inverse[3][3])
-{
-    double determinant = 0.0;
-    for (int r = 0; r < 3; r++) {
-        const double *p = column[(r + 1) % 3], *q = column[(r + 2) % 3];
-        for (int i = 0; i < 3; i++)
-            inverse[r][i] = p[(i + 1) % 3] * q[(i + 2) % 3] - p[(i + 2) % 3] * q[(i + 1) % 3];
-    }
-    for (int i = 0; i < 3; i++)
-        determinant += inverse[0][i] * column[0][i];
-    for (int i = 0; i < 9; i++)
-        inverse[i / 3][i % 3] /= determinant;
-}
-
 /* At least the distance of every point of a mesh from the eye, or the plane of eyes. */
-static double farthest(const struct vr_frame *frame, const double viewpoint[3], const double ahead[3])
+static double farthest(const struct vr_frame *frame, const struct vr_projection *p, const double ahead[3])
 {
     double far = 0.0;
     for (uint32_t m = 0; m < frame->scene->mesh_count; m++) {
@@ -123,11 +100,11 @@ static double farthest(const struct vr_frame *frame, const double viewpoint[3], 
         for (int corner = 0; corner < 8; corner++) {
             double way = 0.0, distance = 0.0;
             for (int i = 0; i < 3; i++) {
-                double to = ((corner >> i & 1) ? high[i] : low[i]) - viewpoint[i];
+                double to = ((corner >> i & 1) ? high[i] : low[i]) - p->origin[i];
                 way += to * ahead[i];
                 distance = hypot(distance, to);
             }
-            far = fmax(far, is_parallel(frame) ? way : distance);
+            far = fmax(far, p->parallel ? way : distance);
         }
     }
     return 1.000001 * far;
@@ -145,15 +122,11 @@ static int use_program(const struct vr_frame *frame, const struct brick_mesh *me
     char defines[64];
     snprintf(defines, sizeof defines, "%s%s", mesh->normal ? "#define MESH_NORMALS\n" : "",
              mesh->colour ? "#define MESH_COLOURS\n" : "");
-    u->gl = &frame->context->gl;
-    int result = vr_programs_get(&frame->store->programs, frame->context, &source, defines, &u->program, err);
-    if (!result)
-        u->gl->UseProgram(u->program);
-    return result;
+    return vr_frame_use_program(frame, &source, defines, u, err);
 }
 
 static int draw_mesh(const struct vr_frame *frame, uint32_t index, const struct brick_view *world,
-                     const double to_picture[3][3], double far, int x, int y, struct brick_error *err)
+                     const struct vr_projection *p, double far, int x, int y, struct brick_error *err)
 {
     static const GLfloat identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     const struct vr_mesh *mesh = &frame->scene->meshes[index];
@@ -166,9 +139,9 @@ static int draw_mesh(const struct vr_frame *frame, uint32_t index, const struct 
     vr_set_view(&u, world);
     vr_frame_set_shading(frame, &u);
     u.gl->UniformMatrix3fv(u.gl->GetUniformLocation(u.program, "normal_matrix"), 1, GL_FALSE, identity);
-    vr_set_dvec3(&u, "viewpoint", world->origin);
-    u.gl->UniformMatrix3dv(u.gl->GetUniformLocation(u.program, "to_picture"), 1, GL_TRUE, &to_picture[0][0]);
-    vr_set_int(&u, "parallel", is_parallel(frame));
+    vr_set_dvec3(&u, "viewpoint", p->origin);
+    u.gl->UniformMatrix3dv(u.gl->GetUniformLocation(u.program, "to_picture"), 1, GL_TRUE, &p->inverse[0][0]);
+    vr_set_int(&u, "parallel", p->parallel);
     vr_set_ivec2(&u, "layer_size", layer->width, layer->height);
     vr_set_ivec2(&u, "tile_origin", x, y);
     vr_set_double(&u, "farthest_mm", far);
@@ -194,14 +167,12 @@ int vr_meshes_draw(const struct vr_frame *frame, int x, int y, struct brick_erro
     const struct vr_mesh_layer *layer = &frame->store->meshes;
     const struct vr_gl *gl = &frame->context->gl;
     struct brick_view world;
-    double to_picture[3][3];
+    struct vr_projection p;
     int result = BRICK_OK;
 
     vr_scene_world_view(&frame->view, frame->grid, &world);
-    const double *const columns[3] = {is_parallel(frame) ? world.origin_u : world.dir_u,
-                                      is_parallel(frame) ? world.origin_v : world.dir_v, world.dir};
-    invert_columns(columns, to_picture);
-    double far = farthest(frame, world.origin, world.dir);
+    vr_projection_init(&p, &world);
+    double far = farthest(frame, &p, world.dir);
     gl->BindFramebuffer(GL_FRAMEBUFFER, layer->framebuffer);
     gl->BindVertexArray(layer->vertex_array);
     gl->Viewport(0, 0, layer->width, layer->height);
@@ -212,24 +183,17 @@ int vr_meshes_draw(const struct vr_frame *frame, int x, int y, struct brick_erro
     gl->ClearBufferfv(GL_DEPTH, 0, &deepest);
     gl->Enable(GL_DEPTH_TEST);
     for (uint32_t m = 0; m < frame->scene->mesh_count && far > 0.0 && !result; m++)
-        result = draw_mesh(frame, m, &world, to_picture, far, x, y, err);
+        result = draw_mesh(frame, m, &world, &p, far, x, y, err);
     gl->Disable(GL_DEPTH_TEST);
     gl->BindVertexArray(0);
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
     return result;
 }
 
-static void use_texture(const struct vr_gl *gl, GLuint texture, int unit)
-{
-    gl->ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl->BindTexture(GL_TEXTURE_2D, texture);
-    gl->ActiveTexture(GL_TEXTURE0);
-}
-
 void vr_meshes_use(const struct vr_frame *frame, const struct vr_uniforms *u)
 {
-    use_texture(u->gl, frame->store->meshes.way, VR_UNIT_MESH_WAY);
-    use_texture(u->gl, frame->store->meshes.colour, VR_UNIT_MESH_COLOUR);
+    vr_texture_use(frame->context, frame->store->meshes.way, VR_UNIT_MESH_WAY);
+    vr_texture_use(frame->context, frame->store->meshes.colour, VR_UNIT_MESH_COLOUR);
     vr_set_int(u, "mesh_way", VR_UNIT_MESH_WAY);
     vr_set_int(u, "mesh_colour", VR_UNIT_MESH_COLOUR);
 }

@@ -13,5 +13,7 @@ struct vr_projection {
 
 void vr_projection_init(struct vr_projection *projection, const struct brick_view *view);
 double vr_dot(const double a[3], const double b[3]);
+/* Rows of the inverse of the matrix with these columns. */
+void vr_invert_columns(const double a[3], const double b[3], const double c[3], double inverse[3][3]);
 
 #endif

@@ -11,6 +11,16 @@ static GLint at(const struct vr_uniforms *u, const char *name)
     return u->gl->GetUniformLocation(u->program, name);
 }
 
+int vr_frame_use_program(const struct vr_frame *frame, const struct vr_program_source *source,
+                         const char *defines, struct vr_uniforms *u, struct brick_error *err)
+{
+    u->gl = &frame->context->gl;
+    int result = vr_programs_get(&frame->store->programs, frame->context, source, defines, &u->program, err);
+    if (!result)
+        u->gl->UseProgram(u->program);
+    return result;
+}
+
 void vr_set_int(const struct vr_uniforms *u, const char *name, int v)
 {
     u->gl->Uniform1i(at(u, name), v);

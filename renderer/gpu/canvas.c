@@ -4,17 +4,14 @@
 
 #include <stdbool.h>
 
+#include "texture.h"
+
 int vr_canvas_init(struct vr_canvas *canvas, struct vr_context *context, GLenum format, int width, int height,
                    struct brick_error *err)
 {
     const struct vr_gl *gl = &context->gl;
     *canvas = (struct vr_canvas){.width = width, .height = height};
-    gl->GenTextures(1, &canvas->colour);
-    gl->BindTexture(GL_TEXTURE_2D, canvas->colour);
-    gl->TexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl->BindTexture(GL_TEXTURE_2D, 0);
+    canvas->colour = vr_texture_create(context, format, width, height);
     gl->GenFramebuffers(1, &canvas->framebuffer);
     gl->BindFramebuffer(GL_FRAMEBUFFER, canvas->framebuffer);
     gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, canvas->colour, 0);

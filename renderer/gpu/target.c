@@ -4,20 +4,10 @@
  * integers so that no driver touches the bits of a NaN or a denormal number. */
 #include "target.h"
 
+#include "texture.h"
+
 /* Tiles between flushes: enough that every core has some. */
 #define TILES_A_FLUSH 64
-
-static GLuint create_texture(const struct vr_gl *gl, GLenum format, int width, int height)
-{
-    GLuint texture;
-    gl->GenTextures(1, &texture);
-    gl->BindTexture(GL_TEXTURE_2D, texture);
-    gl->TexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl->BindTexture(GL_TEXTURE_2D, 0);
-    return texture;
-}
 
 int vr_target_init(struct vr_target *target, struct vr_context *context, int width, int height, bool depth,
                    struct brick_error *err)
@@ -28,14 +18,14 @@ int vr_target_init(struct vr_target *target, struct vr_context *context, int wid
 
     *target = (struct vr_target){.width = width, .height = height};
     gl->GenVertexArrays(1, &target->vertex_array);
-    target->words = create_texture(gl, GL_RGBA32UI, width, height);
-    target->numbers = create_texture(gl, GL_RG32UI, width, height);
+    target->words = vr_texture_create(context, GL_RGBA32UI, width, height);
+    target->numbers = vr_texture_create(context, GL_RG32UI, width, height);
     gl->GenFramebuffers(1, &target->draw_framebuffer);
     gl->BindFramebuffer(GL_FRAMEBUFFER, target->draw_framebuffer);
     gl->FramebufferParameteri(GL_FRAMEBUFFER, GL_FRAMEBUFFER_DEFAULT_WIDTH, width);
     gl->FramebufferParameteri(GL_FRAMEBUFFER, GL_FRAMEBUFFER_DEFAULT_HEIGHT, height);
     if (depth) {
-        target->depth = create_texture(gl, GL_DEPTH_COMPONENT32F, width, height);
+        target->depth = vr_texture_create(context, GL_DEPTH_COMPONENT32F, width, height);
         gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, target->depth, 0);
     }
     complete = gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;

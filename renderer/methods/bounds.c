@@ -19,6 +19,7 @@
 
 #include "projection.h"
 #include "shaders.h"
+#include "texture.h"
 
 enum { FIRST, LAST };
 
@@ -41,19 +42,14 @@ static int make_textures(struct vr_bounds *b, struct vr_context *context, int wi
     if (b->width == width && b->height == height)
         return BRICK_OK;
     drop_textures(b, gl);
-    gl->GenTextures(2, b->texture);
     gl->GenFramebuffers(2, b->framebuffer);
     gl->GenVertexArrays(1, &b->vertex_array);
     for (int i = 0; i < 2; i++) {
-        gl->BindTexture(GL_TEXTURE_2D, b->texture[i]);
-        gl->TexStorage2D(GL_TEXTURE_2D, 1, GL_DEPTH_COMPONENT32F, width, height);
-        gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-        gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        b->texture[i] = vr_texture_create(context, GL_DEPTH_COMPONENT32F, width, height);
         gl->BindFramebuffer(GL_FRAMEBUFFER, b->framebuffer[i]);
         gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, b->texture[i], 0);
         complete = complete && gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
     }
-    gl->BindTexture(GL_TEXTURE_2D, 0);
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
     int result = vr_context_check(context, "depth buffers", err);
     if (!result && !complete)
@@ -127,11 +123,7 @@ static int use_program(const struct vr_frame *frame, struct vr_uniforms *u, stru
     static const struct vr_shader_part fragment = {"bounds.frag.glsl", vr_shader_bounds_frag};
     static const struct vr_program_source source = {
         .vertex = &vertex, .vertex_count = 1, .fragment = &fragment, .fragment_count = 1};
-    u->gl = &frame->context->gl;
-    int result = vr_programs_get(&frame->store->programs, frame->context, &source, "", &u->program, err);
-    if (!result)
-        u->gl->UseProgram(u->program);
-    return result;
+    return vr_frame_use_program(frame, &source, "", u, err);
 }
 
 static void set_uniforms(const struct vr_bounds *b, const struct vr_frame *frame,
@@ -192,15 +184,13 @@ int vr_bounds_draw(const struct vr_bounds *b, const struct vr_frame *frame, int 
     return vr_context_check(frame->context, "drawing the bounding geometry", err);
 }
 
-void vr_bounds_use(const struct vr_bounds *b, const struct vr_uniforms *u)
+void vr_bounds_use(const struct vr_bounds *b, const struct vr_frame *frame, const struct vr_uniforms *u)
 {
     static const char *const names[2] = {"bounds_first", "bounds_last"};
     for (int i = 0; i < 2; i++) {
-        u->gl->ActiveTexture(GL_TEXTURE0 + VR_UNIT_METHOD + (GLenum)i);
-        u->gl->BindTexture(GL_TEXTURE_2D, b->texture[i]);
+        vr_texture_use(frame->context, b->texture[i], VR_UNIT_METHOD + (GLuint)i);
         vr_set_int(u, names[i], VR_UNIT_METHOD + i);
     }
-    u->gl->ActiveTexture(GL_TEXTURE0);
     vr_set_double(u, "bounds_ahead", 1.0 / b->scale);
 }
 

@@ -26,7 +26,7 @@ int vr_bounds_begin(struct vr_bounds *bounds, const struct vr_frame *frame, int 
 int vr_bounds_draw(const struct vr_bounds *bounds, const struct vr_frame *frame, int x, int y,
                    struct brick_error *err);
 /* What shaders/ray.glsl needs of the part drawn last. */
-void vr_bounds_use(const struct vr_bounds *bounds, const struct vr_uniforms *u);
+void vr_bounds_use(const struct vr_bounds *bounds, const struct vr_frame *frame, const struct vr_uniforms *u);
 void vr_bounds_finish(struct vr_bounds *bounds, struct vr_context *context);
 
 #endif

@@ -57,12 +57,7 @@ static int use_program(const struct vr_frame *frame, const struct vr_march_pass 
              LOOK_AHEAD_TURNS, VR_TARGET_TILE, has_bounds(frame) ? "#define BOUNDS\n" : "",
              frame->quality->cubic && !stand_in ? "#define CUBIC\n" : "",
              frame->quality->distances ? "#define DISTANCES\n" : "", levels, pass->defines);
-    uniforms->gl = &frame->context->gl;
-    int result = vr_programs_get(&frame->store->programs, frame->context, pass->source, defines,
-                                 &uniforms->program, err);
-    if (!result)
-        uniforms->gl->UseProgram(uniforms->program);
-    return result;
+    return vr_frame_use_program(frame, pass->source, defines, uniforms, err);
 }
 
 static void set_surface(const struct vr_frame *frame, const struct vr_uniforms *u)
@@ -213,7 +208,7 @@ static int begin_part(const struct vr_march *m, const struct vr_frame *frame, co
         if (frame->scene->mesh_count)
             vr_meshes_use(frame, u);
         if (has_bounds(frame))
-            vr_bounds_use(&m->bounds, u);
+            vr_bounds_use(&m->bounds, frame, u);
     }
     return result;
 }

@@ -1,5 +1,6 @@
 /* The cache texture. What is not filtered is of the stored type, so that every value comes back exactly; so
- * it does from 16 normalised bits. Slots keep their size for the renderer's life. */
+ * it does from 16 normalised bits. Slots have one number of texels for the renderer's life, whatever these
+ * hold. */
 #include "atlas.h"
 
 #include <string.h>

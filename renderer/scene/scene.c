@@ -47,6 +47,16 @@ void vr_scene_clip_plane(const struct vr_scene *scene, const struct brick_grid *
     }
 }
 
+void vr_scene_level_plane(const struct vr_scene *scene, const struct brick_grid *grid,
+                          const struct brick_level *level, uint32_t index, double plane[4])
+{
+    vr_scene_clip_plane(scene, grid, index, plane);
+    for (int a = 0; a < 3; a++) {
+        plane[3] += plane[a] * level->offset[a];
+        plane[a] *= level->scale[a];
+    }
+}
+
 /* Of a point, or of a direction. */
 static void to_world(const struct brick_grid *grid, const double index[3], bool point, double world[3])
 {

@@ -12,6 +12,9 @@ int vr_scene_check_parts(const struct vr_scene *scene, struct brick_error *err);
 /* A clip plane in level-0 index space: it keeps the points p with plane . (p, 1) >= 0. */
 void vr_scene_clip_plane(const struct vr_scene *scene, const struct brick_grid *grid, uint32_t index,
                          double plane[4]);
+/* The same in a level's index space. */
+void vr_scene_level_plane(const struct vr_scene *scene, const struct brick_grid *grid,
+                          const struct brick_level *level, uint32_t index, double plane[4]);
 
 /* The same rays in the world: origins in mm, `linear` the identity; t is the same. */
 void vr_scene_world_view(const struct brick_view *view, const struct brick_grid *grid,

@@ -2,7 +2,7 @@
  * numbers of the first and the last slice, the part of the first that lies before the entry, and the part of the last
  * before the exit (bits of floats). A ray that misses has its last slice before the first. */
 uniform dvec3 box_low, box_high; /* level 0's box in the level's index space */
-uniform dvec4 clip[CLIP_PLANES]; /* keep xyz . p >= w, in the level's index space */
+uniform dvec4 clip[CLIP_PLANES]; /* keep . (p, 1) >= 0, in the level's index space */
 uniform int clip_count, slices;
 
 layout(location = 0) out uvec4 span;
@@ -31,7 +31,7 @@ void main()
         cut(box_high[a] - o[a], -d[a]);
     }
     for (int i = 0; i < clip_count; i++)
-        cut(dot(clip[i].xyz, o) - clip[i].w, dot(clip[i].xyz, d));
+        cut(dot(clip[i].xyz, o) + clip[i].w, dot(clip[i].xyz, d));
     span = uvec4(1u, 0u, 0u, 0u);
     if (!(leave > enter))
         return;

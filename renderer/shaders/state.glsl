@@ -300,8 +300,9 @@ bool straddles(Fixed3 at, Block block)
     return low - slack < isovalue && high + slack >= isovalue;
 }
 
-/* Halve by side only, and if cubic until both ends are in one cell, in which the crossing is solved. The hit is the far end if its cell holds the surface, else the near end: of two samples on
- * different sides in cells that touch, one does. That rule knows cells, not bricks. */
+/* Halve by side only, and if cubic until both ends are in one cell, in which the crossing is solved. The hit is the far end if
+ * its cell holds the surface, else the near end: of two samples on different sides in cells that touch, one does. That rule
+ * knows cells, not bricks. */
 bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block block, out vec4 colour)
 {
     colour = vec4(0.0);

@@ -105,6 +105,8 @@ class Slices(cli.Case):
         self.fails(1, "isosurfaces", *view, "--mode", "iso", "--iso", "1")
         self.fails(1, "does not hold one brick", *view, "--classification", "pre", "--gpu-cache", "20K")
         self.fails(2, "--planes", "render", "c.brick", "-o", "a.exr", "--planes", "10")
+        for options in [["--setup", "geometry"], ["--offset", "interleaved"], ["--budget", "1"]]:
+            self.fails(2, "raycast or multipass", *view, *options)
         self.fails(2, "exclude", *view, "--planes", "10", "--step", "1")
         self.fails(2, "--classification pre", *view, "--classified-bits", "8")
         self.fails(2, "--classification pre", *view, "--classification", "pre", "--mode", "shaded")

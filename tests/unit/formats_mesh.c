@@ -159,6 +159,9 @@ static void ply_damaged(void **state)
          "end_header\n0 zero 0\n", "not a number"},
         {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n", "end_header\n0 0\n",
          "no x, y and z"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\nproperty char x\nproperty char y\nproperty char z\n"
+         "element vertex 1\nproperty char x\nproperty char y\nproperty char z\nproperty char nx\n",
+         "property char ny\nproperty char nz\nend_header\n0 0 0 1 0 0 0 0 1\n", "vertex 1 has a normal"},
     };
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
         expect_refused(put_file("m.ply", wrong[i][0], wrong[i][1], strlen(wrong[i][1])), BRICK_ERR_FORMAT,

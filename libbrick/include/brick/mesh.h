@@ -24,8 +24,8 @@ struct brick_mesh {
     uint64_t vertex_room, triangle_room;
 };
 
-/* normal (of any length) and colour: each NULL for all vertices or for none. BRICK_ERR_FORMAT for numbers
- * that are not finite or too large, BRICK_ERR_MEMORY. */
+/* normal (of any length) and colour: each NULL for all vertices or for none. BRICK_ERR_FORMAT where that is
+ * not so, and for numbers that are not finite or too large; BRICK_ERR_MEMORY. */
 int brick_mesh_add_vertex(struct brick_mesh *mesh, const double position_mm[3], const double normal[3],
                           const double colour[3], struct brick_error *err);
 

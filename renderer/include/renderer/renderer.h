@@ -149,7 +149,7 @@ struct vr_renderer;
 /* How values between voxels are found. Either way the picture has the same bytes for all sizes of the caches
  * and bricks, but those of the second depend on the driver's sampler. */
 enum vr_filter {
-    VR_FILTER_EXACT, /* eight fetches, interpolated in float32 */
+    VR_FILTER_EXACT, /* eight voxels as they are, interpolated in float32 */
     VR_FILTER_FAST   /* the texture unit's filter, at the fraction rounded to 2^-12; volumes with voxels that
                         are   not finite are drawn as with VR_FILTER_EXACT */
 };
@@ -194,8 +194,8 @@ int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const 
  * without a budget.
  *
  * scene->transfer and scene->meshes live until the picture is final or another begins. report counts from
- * begin on. After an error of continue, or a final picture, the next call is begin. Methods other than
- * raycasting know no budget: their first picture is final. */
+ * begin on. After an error of continue, or a final picture, the next call is begin. Slices and
+ * cells know no budget: their first picture is final. */
 struct vr_budget {
     double seconds;        /* kept but for a pass over the rays and a look; 0: any */
     uint64_t upload_bytes; /* of bricks into the GPU cache, one brick at least and those that stand in apart;

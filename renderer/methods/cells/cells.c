@@ -52,19 +52,6 @@ static void add_plane(struct picture *p, double a, double b, double c, double d)
     memcpy(p->plane[p->planes++], plane, sizeof plane);
 }
 
-/* From level 0's index space to the level's. */
-static void add_clip_plane(struct picture *p, uint32_t index)
-{
-    const struct brick_level *level = p->frame->level;
-    double plane[4];
-    vr_scene_clip_plane(p->frame->scene, p->frame->grid, index, plane);
-    for (int a = 0; a < 3; a++) {
-        plane[3] += plane[a] * level->offset[a];
-        plane[a] *= level->scale[a];
-    }
-    add_plane(p, plane[0], plane[1], plane[2], plane[3]);
-}
-
 /* What cuts cells: clip planes; the eye's plane where it meets the box; level 0's box where a coarser level,
  * its size rounded up, sticks out. */
 static void find_planes(struct picture *p)
@@ -73,7 +60,7 @@ static void find_planes(struct picture *p)
     const double *depth = p->lattice.depth;
     double nearest = depth[3];
     for (uint32_t i = 0; i < p->frame->scene->clip_count; i++)
-        add_clip_plane(p, i);
+        vr_scene_level_plane(p->frame->scene, p->frame->grid, level, i, p->plane[p->planes++]);
     for (int a = 0; a < 3; a++) {
         double end = ((double)p->frame->grid->dims[a] - 0.5 - level->offset[a]) / level->scale[a];
         nearest += fmin(-0.5 * depth[a], end * depth[a]);
@@ -346,13 +333,10 @@ static int use_programs(struct picture *p, struct brick_error *err)
     static const struct vr_program_source draw_source = {vertex, 2, fragment, 4};
     static const struct vr_program_source look_source = {NULL, 0, look, 3};
     static const char *const integrations[] = {"PREFIX", "EXACT", "PSI", "EXP", "AVERAGE", "SCALAR"};
-    struct vr_programs *programs = &p->frame->store->programs;
     char defines[VR_FRAME_DEFINES_BYTES + 512];
     size_t n = vr_frame_defines(p->frame, defines);
-    p->draw.look.gl = p->draw.draw.gl = &p->frame->context->gl;
     snprintf(defines + n, sizeof defines - n, "#define ROW %d\n", VR_CELL_LOT_ROW);
-    int result =
-        vr_programs_get(programs, p->frame->context, &look_source, defines, &p->draw.look.program, err);
+    int result = vr_frame_use_program(p->frame, &look_source, defines, &p->draw.look, err);
     int m = snprintf(
         defines + n, sizeof defines - n,
         "#define SLOTS %d\n#define FAN %d\n#define TEXELS %d\n"
@@ -362,9 +346,7 @@ static int use_programs(struct picture *p, struct brick_error *err)
         VR_BASIS_SLOTS, VR_BASIS_FAN, VR_BASIS_TEXELS, integrations[p->frame->quality->cells_integration]);
     if (p->planes)
         snprintf(defines + n + m, sizeof defines - n - (size_t)m, "#define CUTS %d\n", p->planes);
-    return result ? result
-                  : vr_programs_get(programs, p->frame->context, &draw_source, defines, &p->draw.draw.program,
-                                    err);
+    return result ? result : vr_frame_use_program(p->frame, &draw_source, defines, &p->draw.draw, err);
 }
 
 /* What both programs read, whatever the part. */
@@ -455,4 +437,5 @@ static void finish(void *state, struct vr_context *context)
     vr_buffer_finish(&c->exponentials, context);
 }
 
-const struct vr_method_row vr_cells = {sizeof(struct cells), draw, finish, .clips = true};
+const struct vr_method_row vr_cells = {
+    .state_bytes = sizeof(struct cells), .draw = draw, .finish = finish, .clips = true};

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "shaders.h"
+#include "texture.h"
 
 int vr_picture_init(struct vr_picture *p, struct vr_context *context, GLenum format, int width, int height,
                     struct brick_error *err)
@@ -24,10 +25,7 @@ int vr_picture_init(struct vr_picture *p, struct vr_context *context, GLenum for
         goto fail;
     }
     gl->GenVertexArrays(1, &p->vertex_array);
-    gl->GenTextures(1, &p->depth);
-    gl->BindTexture(GL_TEXTURE_2D, p->depth);
-    gl->TexStorage2D(GL_TEXTURE_2D, 1, GL_DEPTH_COMPONENT24, width, height);
-    gl->BindTexture(GL_TEXTURE_2D, 0);
+    p->depth = vr_texture_create(context, GL_DEPTH_COMPONENT24, width, height);
     gl->BindFramebuffer(GL_FRAMEBUFFER, p->colour.framebuffer);
     gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, p->depth, 0);
     bool complete = gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
@@ -59,23 +57,6 @@ void vr_picture_finish(struct vr_picture *p, struct vr_context *context)
     free(p->rgba);
     free(p->unfinished);
     *p = (struct vr_picture){0};
-}
-
-static void use_texture(const struct vr_gl *gl, GLuint texture, GLuint unit)
-{
-    gl->ActiveTexture(GL_TEXTURE0 + unit);
-    gl->BindTexture(GL_TEXTURE_2D, texture);
-    gl->ActiveTexture(GL_TEXTURE0);
-}
-
-static int use_program(const struct vr_frame *frame, const struct vr_program_source *source,
-                       const char *defines, struct vr_uniforms *u, struct brick_error *err)
-{
-    u->gl = &frame->context->gl;
-    int result = vr_programs_get(&frame->store->programs, frame->context, source, defines, &u->program, err);
-    if (!result)
-        u->gl->UseProgram(u->program);
-    return result;
 }
 
 static void draw_all(const struct vr_picture *p, const struct vr_gl *gl)
@@ -119,7 +100,7 @@ int vr_picture_begin(struct vr_picture *p, const struct vr_frame *frame, const s
     char defines[64];
     snprintf(defines, sizeof defines, "#define CLIP_PLANES %d\n%s", VR_MAX_CLIP_PLANES,
              stack->perspective ? "#define PERSPECTIVE\n" : "");
-    int result = use_program(frame, &source, defines, &u, err);
+    int result = vr_frame_use_program(frame, &source, defines, &u, err);
     if (result)
         return result;
     vr_picture_set_stack(frame, stack, &u, x, y);
@@ -135,7 +116,7 @@ int vr_picture_begin(struct vr_picture *p, const struct vr_frame *frame, const s
     gl->DepthMask(GL_TRUE);
     gl->ClearBufferfv(GL_DEPTH, 0, &far);
     gl->DepthMask(GL_FALSE);
-    use_texture(gl, p->spans.colour, VR_UNIT_SPANS);
+    vr_texture_use(frame->context, p->spans.colour, VR_UNIT_SPANS);
     return vr_context_check(frame->context, "spans of rays", err);
 }
 
@@ -167,10 +148,10 @@ int vr_picture_stop(struct vr_picture *p, const struct vr_frame *frame, double t
     static const struct vr_program_source source = {.fragment = parts, .fragment_count = 1};
     const struct vr_gl *gl = &frame->context->gl;
     struct vr_uniforms u;
-    int result = use_program(frame, &source, "", &u, err);
+    int result = vr_frame_use_program(frame, &source, "", &u, err);
     if (result)
         return result;
-    use_texture(gl, p->colour.colour, VR_UNIT_PICTURE);
+    vr_texture_use(frame->context, p->colour.colour, VR_UNIT_PICTURE);
     vr_set_int(&u, "picture", VR_UNIT_PICTURE);
     vr_set_float(&u, "termination", termination);
     gl->BindFramebuffer(GL_FRAMEBUFFER, p->depth_framebuffer);
@@ -180,7 +161,7 @@ int vr_picture_stop(struct vr_picture *p, const struct vr_frame *frame, double t
     draw_all(p, gl);
     gl->DepthFunc(GL_LESS);
     gl->DepthMask(GL_FALSE);
-    use_texture(gl, 0, VR_UNIT_PICTURE);
+    vr_texture_use(frame->context, 0, VR_UNIT_PICTURE);
     vr_canvas_read(&p->colour, frame->context, p->colour.width, p->colour.height, p->rgba, p->colour.width);
     count_tiles(p, termination);
     vr_canvas_use(&p->colour, frame->context);
@@ -212,17 +193,17 @@ int vr_picture_classify(struct vr_picture *p, const struct vr_frame *frame, stru
     struct vr_uniforms u;
     char defines[64];
     snprintf(defines, sizeof defines, "#define SEARCH_STEPS %u\n", frame->table.search_steps);
-    int result = use_program(frame, &source, defines, &u, err);
+    int result = vr_frame_use_program(frame, &source, defines, &u, err);
     if (result || (result = vr_canvas_init(&classified, frame->context, GL_RGBA32F, p->colour.width,
                                            p->colour.height, err)))
         return result;
     if (!(result = vr_frame_set_transfer(frame, &u, err))) {
-        use_texture(gl, p->colour.colour, VR_UNIT_PICTURE);
+        vr_texture_use(frame->context, p->colour.colour, VR_UNIT_PICTURE);
         vr_set_int(&u, "picture", VR_UNIT_PICTURE);
         vr_set_float(&u, "unit_mm", frame->scene->transfer->unit_mm);
         vr_canvas_use(&classified, frame->context);
         draw_all(p, gl);
-        use_texture(gl, 0, VR_UNIT_PICTURE);
+        vr_texture_use(frame->context, 0, VR_UNIT_PICTURE);
         vr_canvas_read(&classified, frame->context, p->colour.width, p->colour.height, p->rgba,
                        p->colour.width);
         result = vr_context_check(frame->context, "classifying the picture", err);

@@ -275,8 +275,7 @@ static int use_program(const struct vr_frame *frame, const struct vr_stack *stac
              frame->quality->slices.interpolation == VR_INTERPOLATION_POINT ? "#define POINT\n" : "",
              frame->scene->transfer->emission == BRICK_EMISSION_INDEPENDENT ? "#define INDEPENDENT\n" : "",
              frame->quality->classification == VR_CLASSIFY_PRE ? "#define PRECLASSIFIED\n" : "");
-    u->gl = &frame->context->gl;
-    return vr_programs_get(&frame->store->programs, frame->context, &source, defines, &u->program, err);
+    return vr_frame_use_program(frame, &source, defines, u, err);
 }
 
 static int set_uniforms(const struct vr_frame *frame, const struct vr_stack *stack,

@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "scene.h"
+
 #define MAX_SLICES 1073741824.0
 /* Boxes grow by this part of a pixel on all sides: rasterisation rounds corners to 1/256 of a pixel. */
 #define MARGIN_PIXELS (1.0 / 64.0)
@@ -84,21 +86,9 @@ static void set_pixels(struct vr_stack *stack, const struct vr_frame *frame)
 
 static void set_clip(struct vr_stack *stack, const struct vr_frame *frame)
 {
-    const struct brick_level *level = frame->level;
     stack->clip_count = (int)frame->scene->clip_count;
-    for (int i = 0; i < stack->clip_count; i++) {
-        const struct vr_plane *p = &frame->scene->clip[i];
-        stack->clip[i][3] = p->offset_mm;
-        for (int a = 0; a < 3; a++) {
-            double along = 0.0;
-            for (int j = 0; j < 3; j++)
-                along += p->normal[j] * frame->grid->affine[j][a];
-            stack->clip[i][a] = along * level->scale[a];
-            stack->clip[i][3] -= along * level->offset[a];
-        }
-        for (int j = 0; j < 3; j++)
-            stack->clip[i][3] -= p->normal[j] * frame->grid->affine[j][3];
-    }
+    for (uint32_t i = 0; i < frame->scene->clip_count; i++)
+        vr_scene_level_plane(frame->scene, frame->grid, frame->level, i, stack->clip[i]);
 }
 
 int vr_stack_init(struct vr_stack *stack, const struct vr_frame *frame, uint32_t planes,
@@ -141,7 +131,7 @@ static bool near_an_end(const struct vr_stack *stack, const double low[3], const
     }
     for (int i = 0; i < stack->clip_count; i++) {
         const double *n = stack->clip[i];
-        double least = -n[3], most = -n[3], reach = 0.0;
+        double least = n[3], most = n[3], reach = 0.0;
         for (int a = 0; a < 3; a++) {
             least += n[a] * (n[a] > 0.0 ? low : high)[a];
             most += n[a] * (n[a] > 0.0 ? high : low)[a];

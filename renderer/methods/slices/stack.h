@@ -20,7 +20,7 @@ struct vr_stack {
     double pixel_mm;                    /* a pixel's edge; in perspective at a depth of 1 mm */
     double reach_mm;                    /* the longest way of a ray through a slice */
     double near_mm;                     /* perspective: what is nearer is seen only from within a box */
-    double clip[VR_MAX_CLIP_PLANES][4]; /* the scene's, in index space: keep xyz . p >= w */
+    double clip[VR_MAX_CLIP_PLANES][4]; /* the scene's, in the level's index space: keep . (p, 1) >= 0 */
     int clip_count;
 };
 
