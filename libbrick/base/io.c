@@ -90,6 +90,16 @@ int brick_io_create(struct brick_io *io, const char *path, struct brick_error *e
     return code;
 }
 
+/* A file without a name, in the folder of path; -1 where the file system has none. */
+static int open_nameless(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    char *folder = slash ? strndup(path, (size_t)(slash - path) + 1) : strdup(".");
+    int fd = folder ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
+    free(folder);
+    return fd;
+}
+
 int brick_io_create_scratch(struct brick_io *io, const char *path, struct brick_error *err)
 {
     size_t n = strlen(path);
@@ -99,6 +109,8 @@ int brick_io_create_scratch(struct brick_io *io, const char *path, struct brick_
         return brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", path);
     memcpy(io->path, path, n);
     memcpy(io->path + n, ".spool-XXXXXX", sizeof ".spool-XXXXXX");
+    if ((io->fd = open_nameless(path)) >= 0)
+        return BRICK_OK;
     io->fd = mkostemp(io->path, O_CLOEXEC);
     if (io->fd < 0) {
         int code = brick_fail(err, BRICK_ERR_IO, "%s: cannot create a scratch file beside it: %s", path,

@@ -30,7 +30,7 @@ int brick_io_open(struct brick_io *io, const char *path, struct brick_error *err
 int brick_io_create(struct brick_io *io, const char *path, struct brick_error *err);
 /* The same, but what is in the file stays. */
 int brick_io_update(struct brick_io *io, const char *path, struct brick_error *err);
-/* A scratch file in the same folder as path, already unlinked: it is gone when closed, or when killed. */
+/* A scratch file in the same folder as path, without a name: it is gone when closed, or when killed. */
 int brick_io_create_scratch(struct brick_io *io, const char *path, struct brick_error *err);
 /* Safe on a closed io. Does not sync. */
 void brick_io_close(struct brick_io *io);
