@@ -237,15 +237,16 @@ static void show_progress(const struct builder *b, uint64_t row)
                        brick_build_limit(&so_far));
 }
 
-/* One tile of level 0. What is kept of it is taken first; the source is read from the first tile on that
- * needs it, which for a lossy codec is the first of all, since coarser levels are made from converted voxels.
- * What a checkpoint has is not counted once more.
+/* One tile of level 0. What is kept of it is taken first, unless a checkpoint has counted it. The source is
+ * read from the first tile on whose voxels cannot be had from kept bricks: because some are missing, or
+ * because the codec is lossy, and coarser levels are made from converted voxels; or because a checkpoint
+ * covers it, when reading is quicker than decoding, and few rows are gone through again.
  */
 static int run_tile(struct builder *b, const struct tile *tile, bool last_of_row, struct brick_error *err)
 {
     const struct window *window;
-    uint64_t kept = kept_in_tile(&b->kept, tile);
-    bool reading = b->feed.running, count = tile->row >= b->checkpoint.rows;
+    bool reading = b->feed.running, counted = tile->row < b->checkpoint.rows;
+    uint64_t kept = counted ? 0 : kept_in_tile(&b->kept, tile);
     int code = BRICK_OK;
     if (!reading && (kept < tile_bricks(tile) || brick_codec_is_lossy(b->params.codec))) {
         if ((code = feed_start(&b->feed, tile, err)))
@@ -256,8 +257,8 @@ static int run_tile(struct builder *b, const struct tile *tile, bool last_of_row
         window = feed_lend(&b->feed, tile);
     else if ((code = feed_take(&b->feed, tile, &window, err)))
         return code;
-    code = kept_take(&b->kept, tile, kept, reading ? NULL : window, count, b->pyramid.tickets, err);
-    b->pyramid.tickets += count ? kept : 0;
+    code = kept_take(&b->kept, tile, kept, reading ? NULL : window, b->pyramid.tickets, err);
+    b->pyramid.tickets += kept;
     if (!code)
         code = pyramid_tile(&b->pyramid, tile, window, err);
     if (reading)

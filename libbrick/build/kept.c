@@ -77,7 +77,6 @@ static void lay_out(const struct brick_grid *grid, const struct brick_place *pla
 struct take {
     struct kept *kept;
     const struct window *window;
-    bool count;
     uint64_t first_brick, first_ticket;
 };
 
@@ -86,15 +85,11 @@ static int take_one(void *context, uint64_t item, unsigned worker, struct brick_
     const struct take *t = context;
     struct kept *k = t->kept;
     struct encoder *e = &k->encoders[worker];
-    uint64_t id = t->first_brick + item, ticket = t->first_ticket + item;
-    struct encoded *out = NULL;
-    if (t->count) {
-        uint64_t start = brick_now_ns();
-        out = drain_slot(k->drain, ticket);
-        k->costs[worker].wait_write_ns += brick_now_ns() - start;
-        if (!out)
-            return drain_flush(k->drain, ticket, err);
-    }
+    uint64_t id = t->first_brick + item, ticket = t->first_ticket + item, start = brick_now_ns();
+    struct encoded *out = drain_slot(k->drain, ticket);
+    k->costs[worker].wait_write_ns += brick_now_ns() - start;
+    if (!out)
+        return drain_flush(k->drain, ticket, err);
     uint64_t clock = brick_thread_ns();
     int code = brick_writer_read(k->writer, id, e->payload, &e->stored, err);
     if (code)
@@ -105,8 +100,6 @@ static int take_one(void *context, uint64_t item, unsigned worker, struct brick_
     if (t->window)
         lay_out(k->grid, &place, t->window, e->payload);
     costs_add(&k->costs[worker], BRICK_STAGE_RESUME, &clock, voxel_bytes);
-    if (!t->count)
-        return BRICK_OK;
     out->id = id;
     out->level0 = out->written = true;
     out->entry = *brick_writer_entry(k->writer, id);
@@ -119,11 +112,9 @@ static int take_one(void *context, uint64_t item, unsigned worker, struct brick_
 }
 
 int kept_take(struct kept *k, const struct tile *tile, uint64_t bricks, const struct window *window,
-              bool count, uint64_t ticket, struct brick_error *err)
+              uint64_t ticket, struct brick_error *err)
 {
-    struct take t = {k, window, count, tile_first_brick(k->grid, tile), ticket};
-    if (bricks == 0 || (!window && !count))
-        return BRICK_OK;
+    struct take t = {k, window, tile_first_brick(k->grid, tile), ticket};
     k->decoded += bricks;
-    return brick_pool_run(k->pool, bricks, take_one, &t, err);
+    return bricks ? brick_pool_run(k->pool, bricks, take_one, &t, err) : BRICK_OK;
 }

@@ -25,9 +25,9 @@ struct kept {
 int kept_check(struct kept *kept, struct brick_error *err);
 /* How many of a tile's bricks, from its first on. */
 uint64_t kept_in_tile(const struct kept *kept, const struct tile *tile);
-/* Decode a tile's first bricks: their cores into a window unless that is NULL, and, if they are to be
- * counted, into the statistics, as tickets of the drain from `ticket` on. */
+/* Take a tile's first bricks into the statistics, as tickets of the drain from `ticket` on, and put their
+ * cores into a window unless that is NULL. */
 int kept_take(struct kept *kept, const struct tile *tile, uint64_t bricks, const struct window *window,
-              bool count, uint64_t ticket, struct brick_error *err);
+              uint64_t ticket, struct brick_error *err);
 
 #endif
