@@ -1,0 +1,185 @@
+/* Conversions with many checkpoints, killed late and early: what little they decode and read again, and that
+ * nothing depends on the checkpoints being there, or whole. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "../support/interrupted.h"
+
+enum { ROWS_BETWEEN = 4 }; /* level 0's rows of bricks, in volumes of up to 64 */
+
+/* 40 rows of bricks in a tower: checkpoints are many, and slices small. */
+static void tower_init(struct scene *s, enum brick_type type)
+{
+    scene_init(s, type, (uint64_t[]){24, 20, 315}, 8);
+}
+
+static uint64_t bricks_a_row(const struct scene *s)
+{
+    const uint64_t *n = s->source.base.geometry.dims, e = s->params.edge;
+    return ((n[0] + e - 1) / e) * ((n[1] + e - 1) / e);
+}
+
+/* Of each type, lossless and not: wherever it is killed, no more is decoded than was made since the last
+ * checkpoint, and the source is read again from little before that. */
+static void little_is_done_again(void **state)
+{
+    (void)state;
+    const struct {
+        enum brick_type type;
+        enum brick_codec codec;
+    } ways[] = {{BRICK_U8, BRICK_CODEC_NONE}, {BRICK_I8, BRICK_CODEC_ZSTD}, {BRICK_U16, BRICK_CODEC_LZ4},
+                {BRICK_I16, BRICK_CODEC_LZ4}, {BRICK_F32, BRICK_CODEC_LZ4}, {BRICK_I16, BRICK_CODEC_ZFP},
+                {BRICK_F32, BRICK_CODEC_ZFP}};
+    for (size_t w = 0; w < sizeof ways / sizeof ways[0]; w++) {
+        struct scene s;
+        if (!brick_codec_is_built(ways[w].codec))
+            continue;
+        tower_init(&s, ways[w].type);
+        s.params.codec = ways[w].codec;
+        s.params.tolerance = brick_codec_is_lossy(ways[w].codec) ? 1.5 : 0.0;
+        scene_ready(&s);
+        uint64_t row = bricks_a_row(&s), slice = s.report.input_bytes / s.source.base.geometry.dims[2],
+                 kept = 0;
+        assert_int_equal(s.report.bricks_decoded, 0);
+        for (unsigned turn = 1; turn < 40; turn++) {
+            struct rest rest;
+            rest_take(&rest, &s, s.calls * turn / 40);
+            s.params.threads = 1 + turn % 3;
+            struct brick_build_report r = scene_resumes(&s, "killed", turn);
+            s.params.threads = 1;
+            rest_finish(&rest);
+            /* It may have been killed while writing the checkpoint that follows. */
+            assert_true(r.bricks_decoded <= (ROWS_BETWEEN + 1) * row);
+            assert_true(r.bricks_kept >= kept);
+            kept = r.bricks_kept;
+            uint64_t left = s.report.bricks - kept; /* of level 0, at most */
+            uint64_t rows = left / row + 1 + 2 * ROWS_BETWEEN;
+            assert_true(r.source_bytes <= (rows * s.params.edge + s.params.border) * slice);
+        }
+        assert_true(kept > s.report.bricks * 9 / 10);
+        scene_finish(&s);
+    }
+}
+
+/* At every write, while the first few checkpoints are made. */
+static void killed_around_checkpoints(void **state)
+{
+    (void)state;
+    struct scene s;
+    uint64_t kept, most = 0;
+    tower_init(&s, BRICK_U16);
+    scene_ready(&s);
+    for (unsigned long at = 0; at < s.calls; at += at < s.calls / 3 ? 1 : 7) {
+        scene_kill(&s, false, at % 2 ? FAULT_TORN : FAULT_KILL, at, &kept);
+        most = kept > most ? kept : most;
+    }
+    assert_int_equal(most, s.report.bricks);
+    scene_finish(&s);
+}
+
+/* A run that is killed again and again goes on from its own checkpoints; in the end all is the same. */
+static void killed_many_times_over(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct brick_error err;
+    struct rest rest;
+    tower_init(&s, BRICK_I16);
+    scene_ready(&s);
+    rest_take(&rest, &s, s.calls / 10);
+    rest_put(&rest, &s);
+    for (unsigned turn = 0; turn < 8; turn++) {
+        s.params.threads = 1 + turn % 2;
+        faults_arm(FAULT_ONCE, s.calls / 10, 5);
+        assert_int_equal(scene_build(&s, true, NULL, &err), BRICK_ERR_IO);
+    }
+    struct brick_build_report r = scene_resumes(&s, "the last time", 0);
+    assert_true(r.bricks_kept > s.report.bricks / 2);
+    assert_true(r.bricks_decoded <= (ROWS_BETWEEN + 1) * bricks_a_row(&s));
+    rest_finish(&rest);
+    scene_finish(&s);
+}
+
+/* A byte anywhere in the journal, of every note too: what follows it is made again. */
+static void flipped_bytes_in_notes(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct rest rest;
+    uint64_t decoded = 0, whole;
+    tower_init(&s, BRICK_U8);
+    scene_ready(&s);
+    rest_take(&rest, &s, s.calls * 9 / 10);
+    rest_put(&rest, &s);
+    whole = scene_resumes(&s, "whole", 0).bricks_kept;
+    unsigned char *journal = rest.bytes[SCENE_JOURNAL];
+    size_t n = rest.size[SCENE_JOURNAL];
+    for (size_t at = n - 1; at > n / 100; at -= n / 150) {
+        journal[at] ^= 0x10;
+        rest_put(&rest, &s);
+        struct brick_build_report r = {0};
+        struct brick_error err;
+        faults_arm(FAULT_NONE, 0, 0);
+        int code = scene_build(&s, true, &r, &err);
+        /* In the identity it is another's, or no journal at all. */
+        assert_true(code == 0);
+        assert_true(scene_target_is(&s, s.good, s.good_bytes));
+        assert_true(r.bricks_kept <= whole);
+        decoded = r.bricks_decoded > decoded ? r.bricks_decoded : decoded;
+        journal[at] ^= 0x10;
+    }
+    assert_true(decoded <= (ROWS_BETWEEN + 1) * bricks_a_row(&s));
+    rest_finish(&rest);
+    scene_finish(&s);
+}
+
+/* A damaged brick before all checkpoints: none of them counts, and what is there is kept as ever. */
+static void damaged_bricks_before_notes(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct rest rest;
+    tower_init(&s, BRICK_U8);
+    s.params.codec = BRICK_CODEC_NONE;
+    scene_ready(&s);
+    rest_take(&rest, &s, s.calls * 9 / 10);
+    for (size_t i = 0; i < SCENE_FILES; i++) {
+        unsigned char *bytes = rest.bytes[i];
+        size_t n = rest.size[i];
+        if (i == SCENE_JOURNAL)
+            continue;
+        for (unsigned turn = 0; turn < 12; turn++) {
+            size_t at = n * (2 * turn + 1) / 24;
+            bytes[at] ^= 1;
+            rest_put(&rest, &s);
+            struct brick_build_report r = scene_resumes(&s, "a brick before it is damaged", turn);
+            assert_true(r.bricks_decoded <= (ROWS_BETWEEN + 1) * bricks_a_row(&s));
+            bytes[at] ^= 1;
+        }
+    }
+    /* The file of coarser levels is gone: no brick of theirs, nor any that came after the first, is there. */
+    free(rest.bytes[SCENE_LEVELS]);
+    rest.bytes[SCENE_LEVELS] = calloc(1, 1);
+    rest.size[SCENE_LEVELS] = 0;
+    rest_put(&rest, &s);
+    struct brick_build_report r = scene_resumes(&s, "without coarser levels", 0);
+    assert_true(r.bricks_kept > 0 && r.bricks_kept < s.report.bricks / 10);
+    rest_finish(&rest);
+    scene_finish(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(little_is_done_again),        cmocka_unit_test(killed_around_checkpoints),
+        cmocka_unit_test(killed_many_times_over),      cmocka_unit_test(flipped_bytes_in_notes),
+        cmocka_unit_test(damaged_bricks_before_notes),
+    };
+    return cmocka_run_group_tests_name("checkpoints", tests, NULL, NULL);
+}
