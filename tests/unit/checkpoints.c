@@ -123,13 +123,7 @@ static void flipped_bytes_in_notes(void **state)
     for (size_t at = n - 1; at > n / 100; at -= n / 150) {
         journal[at] ^= 0x10;
         rest_put(&rest, &s);
-        struct brick_build_report r = {0};
-        struct brick_error err;
-        faults_arm(FAULT_NONE, 0, 0);
-        int code = scene_build(&s, true, &r, &err);
-        /* In the identity it is another's, or no journal at all. */
-        assert_true(code == 0);
-        assert_true(scene_target_is(&s, s.good, s.good_bytes));
+        struct brick_build_report r = scene_resumes(&s, "a byte of the journal is another", at);
         assert_true(r.bricks_kept <= whole);
         decoded = r.bricks_decoded > decoded ? r.bricks_decoded : decoded;
         journal[at] ^= 0x10;
@@ -174,12 +168,45 @@ static void damaged_bricks_before_notes(void **state)
     scene_finish(&s);
 }
 
+/* Begun in tiles and with scratch files, gone on with in whole rows and in memory, and the other way round.
+ */
+static void with_tiles_and_scratch_files(void **state)
+{
+    (void)state;
+    struct scene s;
+    uint64_t caps[2] = {UINT64_C(19) << 20, UINT64_C(512) << 20};
+    scene_init(&s, BRICK_I16, (uint64_t[]){397, 381, 70}, 8);
+    for (unsigned way = 0; way < 2; way++) {
+        s.params.memory_bytes = caps[way];
+        scene_ready(&s);
+        assert_int_equal(s.report.tiled && s.report.spooled_bytes, way == 0);
+        for (unsigned turn = 5; turn < 10; turn++) {
+            struct rest rest;
+            s.params.memory_bytes = caps[way];
+            rest_take(&rest, &s, s.calls * turn / 10);
+            for (unsigned other = 0; other < 2; other++) {
+                rest_put(&rest, &s);
+                s.params.memory_bytes = caps[other];
+                s.params.threads = 1 + other;
+                struct brick_build_report r = scene_resumes(&s, "killed", turn);
+                assert_true(r.bricks_kept > s.report.bricks / 3);
+                assert_true(r.bricks_decoded <= (ROWS_BETWEEN + 1) * bricks_a_row(&s));
+            }
+            s.params.threads = 1;
+            rest_finish(&rest);
+        }
+        free(s.good);
+        s.good = NULL;
+    }
+    scene_finish(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(little_is_done_again),        cmocka_unit_test(killed_around_checkpoints),
         cmocka_unit_test(killed_many_times_over),      cmocka_unit_test(flipped_bytes_in_notes),
-        cmocka_unit_test(damaged_bricks_before_notes),
+        cmocka_unit_test(damaged_bricks_before_notes), cmocka_unit_test(with_tiles_and_scratch_files),
     };
     return cmocka_run_group_tests_name("checkpoints", tests, NULL, NULL);
 }
