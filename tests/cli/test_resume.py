@@ -118,9 +118,9 @@ class Resume(cli.Case):
 
     def test_little_is_left_to_do(self):
         """Checkpoints every four rows of bricks, of which there are 32: a tenth is left, and what came after the last one."""
-        size = "96x96x512"
+        size = "160x160x512"
         self.brick("synth", "ct", "--size", size, "-o", "ct.raw", "--quiet")
-        for codec in [["lz4"], ["none"], ["zstd"], ["zfp", "--tolerance", "4"]]:
+        for codec in [["lz4"], ["none"], ["zstd"]] + [["zfp", "--tolerance", "4"]] * (os.environ["BRICK_ZFP"] == "1"):
             with self.subTest(codec=codec[0]):
                 options = ["convert", "ct.raw", "--size", size, "--type", "u16", "--brick", "16", "--threads", "1",
                            "-o", "a.brick", "--quiet", "--codec", *codec]
@@ -131,7 +131,8 @@ class Resume(cli.Case):
                 self.assertEqual(self.kill_at(0.9 * level0["payload_bytes"], *options), -signal.SIGKILL)
                 report = self.json(*options, "--resume", "--memory", "100M", "--threads", "2")
                 self.assertEqual(self.read("a.brick"), good)
-                self.assertGreater(report["bricks_kept"], 0.85 * report["bricks"])
+                # A tenth is missing, what the last MiB of payload had, and the coarser bricks above.
+                self.assertGreater(report["bricks_kept"], 0.75 * report["bricks"])
                 self.assertLess(report["bricks_decoded"], 0.2 * report["bricks"])
                 self.assertLess(report["source_bytes_read"], 0.4 * whole["source_bytes_read"])
                 self.assertEqual(whole["bricks_kept"], 0)
