@@ -283,6 +283,8 @@ static int run_row(struct builder *b, uint64_t row, struct brick_error *err)
 /* What an interrupted conversion has left, and the last checkpoint that it holds. */
 static int take_up(struct builder *b, struct brick_error *err)
 {
+    if (b->params.progress)
+        b->params.progress(b->params.progress_context, 0, b->grid.dims[2], BRICK_STAGE_RESUME);
     int code = kept_check(&b->kept, err);
     if (code)
         return code;
@@ -302,8 +304,7 @@ static int run(struct builder *b, struct brick_error *err)
             return code;
         if (row + 1 == c->rows)
             code = checkpoint_load_slices(c, err);
-        else if (row + 1 > c->rows && brick_writer_is_journaled(b->writer) &&
-                 checkpoint_due(&b->grid, row + 1))
+        else if (checkpoint_due(c, row + 1))
             code = checkpoint_save(c, row + 1, err);
         show_progress(b, row);
     }

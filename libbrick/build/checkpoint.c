@@ -9,7 +9,8 @@
 enum {
     ROWS_AGAIN = 3,
     ROWS_APART = 4,
-    MOST = 16, /* checkpoints in a volume, but for the one at its end */
+    MOST = 16,  /* checkpoints in a volume, but for the one at its end */
+    WORTH = 16, /* the slices are at most this part of level 0's bytes since the last one */
     PAIRS = 2048,
     BUFFER_BYTES = 1 << 16
 };
@@ -21,7 +22,7 @@ struct head {
     double min, max;
 };
 
-bool checkpoint_due(const struct brick_grid *grid, uint64_t rows)
+static bool has_place(const struct brick_grid *grid, uint64_t rows)
 {
     uint64_t all = grid->level[0].bricks[2], apart = ROWS_APART;
     while (apart * MOST < all)
@@ -32,6 +33,23 @@ bool checkpoint_due(const struct brick_grid *grid, uint64_t rows)
 static uint64_t first_again(const struct brick_grid *grid, uint64_t rows)
 {
     return rows == grid->level[0].bricks[2] ? rows : rows - ROWS_AGAIN;
+}
+
+static uint64_t slice_bytes(const struct brick_grid *grid, uint32_t l)
+{
+    return grid->level[l].dims[0] * grid->level[l].dims[1] * brick_type_bytes(grid->type);
+}
+
+bool checkpoint_due(const struct checkpoint *c, uint64_t rows)
+{
+    const struct brick_grid *grid = c->pyramid->grid;
+    uint64_t lo[BRICK_MAX_LEVELS], hi[BRICK_MAX_LEVELS], bytes = 0;
+    if (!brick_writer_is_journaled(c->writer) || rows <= c->last || !has_place(grid, rows))
+        return false;
+    pyramid_carry(c->pyramid, first_again(grid, rows), lo, hi);
+    for (uint32_t l = 1; l < grid->levels; l++)
+        bytes += 3 * (hi[l] - lo[l]) * slice_bytes(grid, l);
+    return bytes <= (rows - c->last) * grid->edge * slice_bytes(grid, 0) / WORTH;
 }
 
 struct cursor {
@@ -73,9 +91,8 @@ static int move_slices(struct cursor *c, const struct pyramid *p, uint64_t first
     pyramid_carry(p, first, lo, hi);
     for (uint32_t l = 1; l < p->grid->levels; l++) {
         const struct window *w = &p->window[l];
-        const uint64_t *n = p->grid->level[l].dims;
         unsigned char *const arrays[3] = {w->voxels, w->min, w->max};
-        uint64_t bytes = n[0] * n[1] * brick_type_bytes(p->grid->type);
+        uint64_t bytes = slice_bytes(p->grid, l);
         for (uint64_t i = 3 * lo[l]; !code && i < 3 * hi[l]; i++)
             code = l < p->plan->first_in_memory
                        ? move_spooled(c, &p->spool[l], i % 3, i / 3, bytes, err)
@@ -102,7 +119,7 @@ static int save_bins(struct cursor *c, const uint64_t *bins, struct brick_error 
     return code;
 }
 
-int checkpoint_save(const struct checkpoint *c, uint64_t rows, struct brick_error *err)
+int checkpoint_save(struct checkpoint *c, uint64_t rows, struct brick_error *err)
 {
     struct cursor cursor = {c->writer, true, 0};
     int code = drain_flush(c->drain, c->pyramid->tickets, err);
@@ -117,6 +134,7 @@ int checkpoint_save(const struct checkpoint *c, uint64_t rows, struct brick_erro
         (code = save_bins(&cursor, c->tallies[0].bins, err)) ||
         (code = move_slices(&cursor, c->pyramid, first_again(c->pyramid->grid, rows), err)))
         return code;
+    c->last = rows;
     return brick_writer_note_end(c->writer, err);
 }
 
@@ -137,14 +155,14 @@ int checkpoint_open(struct checkpoint *c, struct brick_error *err)
     const struct brick_grid *grid = c->pyramid->grid;
     struct cursor cursor = {c->writer, false, 0};
     struct head head;
-    c->rows = c->first = 0;
+    c->rows = c->first = c->last = 0;
     if (!brick_writer_note_bytes(c->writer))
         return BRICK_OK;
     int code = move(&cursor, &head, sizeof head, err);
     if (code)
         return code;
     /* The note's checksum is right: only another program's would fail here. */
-    bool good = head.rows <= grid->level[0].bricks[2] && checkpoint_due(grid, head.rows);
+    bool good = head.rows <= grid->level[0].bricks[2] && has_place(grid, head.rows);
     if (good) {
         pyramid_seek(c->pyramid, head.rows);
         good = has_bricks(c, head.rows);
@@ -162,7 +180,7 @@ int checkpoint_open(struct checkpoint *c, struct brick_error *err)
     c->drain->moments = head.moments;
     c->drain->min = head.min;
     c->drain->max = head.max;
-    c->rows = head.rows;
+    c->rows = c->last = head.rows;
     c->first = first_again(grid, head.rows);
     c->slices_at = cursor.at;
     pyramid_seek(c->pyramid, c->first);

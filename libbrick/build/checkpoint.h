@@ -18,12 +18,13 @@ struct checkpoint {
      * through again, for coarser levels alone. */
     uint64_t rows, first;
     uint64_t slices_at; /* in the note */
+    uint64_t last;      /* rows in the last one, opened or saved */
 };
 
-/* Is there to be one when rows [0, rows) are done? */
-bool checkpoint_due(const struct brick_grid *grid, uint64_t rows);
+/* Rows [0, rows) are done: is there to be one now? */
+bool checkpoint_due(const struct checkpoint *checkpoint, uint64_t rows);
 /* All workers rest. */
-int checkpoint_save(const struct checkpoint *checkpoint, uint64_t rows, struct brick_error *err);
+int checkpoint_save(struct checkpoint *checkpoint, uint64_t rows, struct brick_error *err);
 /* Go back to the last one whose bricks are kept: its statistics, and the pyramid as at row `first`. Without
  * one, both rows are 0. */
 int checkpoint_open(struct checkpoint *checkpoint, struct brick_error *err);

@@ -18,7 +18,7 @@ static int check_some(void *context, uint64_t item, unsigned worker, struct bric
 {
     struct check *c = context;
     struct brick_scratch *scratch = &c->kept->encoders[worker].stored;
-    uint64_t from = item * CHECKED_AT_ONCE;
+    uint64_t from = item * CHECKED_AT_ONCE, clock = brick_thread_ns();
     pthread_mutex_lock(&c->lock);
     uint64_t good = *c->good;
     pthread_mutex_unlock(&c->lock);
@@ -34,6 +34,7 @@ static int check_some(void *context, uint64_t item, unsigned worker, struct bric
         pthread_mutex_unlock(&c->lock);
         break;
     }
+    costs_add(&c->kept->costs[worker], BRICK_STAGE_RESUME, &clock, 0);
     return BRICK_OK;
 }
 

@@ -19,10 +19,39 @@ static void tower_init(struct scene *s, enum brick_type type)
     scene_init(s, type, (uint64_t[]){24, 20, 315}, 8);
 }
 
+/* Killed by and by later: at a fortieth of the calls, two, ... */
+static void killed_later_and_later(const struct scene *s, unsigned turns,
+                                   void (*check)(const struct scene *s, const struct brick_build_report *r))
+{
+    struct scene other = *s;
+    uint64_t kept = 0;
+    for (unsigned turn = 1; turn < turns; turn++) {
+        struct rest rest;
+        rest_take(&rest, s, s->calls * turn / turns);
+        other.params.threads = 1 + turn % 3;
+        struct brick_build_report r = scene_resumes(&other, "killed", turn);
+        rest_finish(&rest);
+        assert_true(r.bricks_kept >= kept);
+        kept = r.bricks_kept;
+        check(s, &r);
+    }
+    assert_true(kept > s->report.bricks * 3 / 4);
+}
+
 static uint64_t bricks_a_row(const struct scene *s)
 {
     const uint64_t *n = s->source.base.geometry.dims, e = s->params.edge;
     return ((n[0] + e - 1) / e) * ((n[1] + e - 1) / e);
+}
+
+static void expect_little(const struct scene *s, const struct brick_build_report *r)
+{
+    uint64_t row = bricks_a_row(s), slice = s->report.input_bytes / s->source.base.geometry.dims[2];
+    /* It may have been killed while writing the checkpoint that follows. */
+    assert_true(r->bricks_decoded <= (ROWS_BETWEEN + 1) * row);
+    uint64_t left = s->report.bricks - r->bricks_kept; /* of level 0, at most */
+    uint64_t rows = left / row + 1 + 2 * ROWS_BETWEEN;
+    assert_true(r->source_bytes <= (rows * s->params.edge + s->params.border) * slice);
 }
 
 /* Of each type, lossless and not: wherever it is killed, no more is decoded than was made since the last
@@ -44,27 +73,34 @@ static void little_is_done_again(void **state)
         s.params.codec = ways[w].codec;
         s.params.tolerance = brick_codec_is_lossy(ways[w].codec) ? 1.5 : 0.0;
         scene_ready(&s);
-        uint64_t row = bricks_a_row(&s), slice = s.report.input_bytes / s.source.base.geometry.dims[2],
-                 kept = 0;
         assert_int_equal(s.report.bricks_decoded, 0);
-        for (unsigned turn = 1; turn < 40; turn++) {
-            struct rest rest;
-            rest_take(&rest, &s, s.calls * turn / 40);
-            s.params.threads = 1 + turn % 3;
-            struct brick_build_report r = scene_resumes(&s, "killed", turn);
-            s.params.threads = 1;
-            rest_finish(&rest);
-            /* It may have been killed while writing the checkpoint that follows. */
-            assert_true(r.bricks_decoded <= (ROWS_BETWEEN + 1) * row);
-            assert_true(r.bricks_kept >= kept);
-            kept = r.bricks_kept;
-            uint64_t left = s.report.bricks - kept; /* of level 0, at most */
-            uint64_t rows = left / row + 1 + 2 * ROWS_BETWEEN;
-            assert_true(r.source_bytes <= (rows * s.params.edge + s.params.border) * slice);
-        }
-        assert_true(kept > s.report.bricks * 9 / 10);
+        killed_later_and_later(&s, 40, expect_little);
         scene_finish(&s);
     }
+}
+
+static void expect_less_than_all(const struct scene *s, const struct brick_build_report *r)
+{
+    assert_true(r->bricks_decoded < s->report.bricks);
+    if (r->bricks_kept > s->report.bricks * 3 / 4)
+        assert_true(r->bricks_decoded <= s->report.bricks / 2);
+}
+
+/* Axes that are halved in turn, not together: coarser levels wait for other slices. */
+static void axes_halved_in_turn(void **state)
+{
+    (void)state;
+    for (int axis = 0; axis < 3; axis++)
+        for (int flat = 0; flat < 2; flat++) {
+            struct scene s;
+            scene_init(&s, BRICK_U8, (uint64_t[]){40, 36, 150}, 8);
+            for (int a = 0; a < 3; a++)
+                s.source.base.geometry.affine[a][a] = (a == axis) == flat ? 5.0 : 1.0;
+            s.params.nearest = axis == 1;
+            scene_ready(&s);
+            killed_later_and_later(&s, 12, expect_less_than_all);
+            scene_finish(&s);
+        }
 }
 
 /* At every write, while the first few checkpoints are made. */
@@ -204,9 +240,10 @@ static void with_tiles_and_scratch_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(little_is_done_again),        cmocka_unit_test(killed_around_checkpoints),
-        cmocka_unit_test(killed_many_times_over),      cmocka_unit_test(flipped_bytes_in_notes),
-        cmocka_unit_test(damaged_bricks_before_notes), cmocka_unit_test(with_tiles_and_scratch_files),
+        cmocka_unit_test(little_is_done_again),         cmocka_unit_test(axes_halved_in_turn),
+        cmocka_unit_test(killed_around_checkpoints),    cmocka_unit_test(killed_many_times_over),
+        cmocka_unit_test(flipped_bytes_in_notes),       cmocka_unit_test(damaged_bricks_before_notes),
+        cmocka_unit_test(with_tiles_and_scratch_files),
     };
     return cmocka_run_group_tests_name("checkpoints", tests, NULL, NULL);
 }

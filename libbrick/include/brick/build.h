@@ -22,7 +22,7 @@ enum brick_build_stage {
     BRICK_STAGE_RANGES, /* of macrocells and bricks */
     BRICK_STAGE_COUNT,  /* statistics */
     BRICK_STAGE_COMPRESS,
-    BRICK_STAGE_RESUME,     /* bricks of an interrupted conversion, read and decoded */
+    BRICK_STAGE_RESUME,     /* bricks of an interrupted conversion, checked or decoded */
     BRICK_STAGE_DOWNSAMPLE, /* bytes of the finer level */
     BRICK_STAGE_SPOOL,      /* levels that wait in scratch files, written and read */
     BRICK_STAGE_WRITE,      /* checksums and payloads */
