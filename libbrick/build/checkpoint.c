@@ -176,7 +176,9 @@ int checkpoint_open(struct checkpoint *c, struct brick_error *err)
             c->tallies[0].bins[pair[0]] = pair[1];
     }
     if (!good)
-        return brick_fail(err, BRICK_ERR_FORMAT, "what the interrupted conversion has noted makes no sense");
+        return brick_fail(
+            err, BRICK_ERR_FORMAT,
+            "what the interrupted conversion has noted makes no sense; without --resume it starts again");
     c->drain->moments = head.moments;
     c->drain->min = head.min;
     c->drain->max = head.max;

@@ -98,8 +98,7 @@ static void lay_out_levels(struct brick_writer *w)
     w->level[0].start = LAYOUT_HEADER_BYTES;
 }
 
-/* Keep the first `limit[l]` bricks of each level l that the journal knows of, or less. */
-static int keep(struct brick_writer *w, const uint64_t limit[], struct brick_error *err)
+int brick_writer_cut(struct brick_writer *w, const uint64_t limit[], struct brick_error *err)
 {
     int code = journal_read(&w->journal, w->entries, limit, err);
     for (uint32_t l = 0; l < w->grid.levels; l++) {
@@ -129,7 +128,7 @@ static int open_files(struct brick_writer *w, const char *identity, bool resume,
         return code;
     for (uint32_t l = 0; l < w->grid.levels; l++)
         all[l] = level_end(&w->grid, l) - w->grid.level[l].first_brick;
-    if ((code = unseal(w, err)) || (code = size ? keep(w, all, err) : BRICK_OK))
+    if ((code = unseal(w, err)) || (code = size ? brick_writer_cut(w, all, err) : BRICK_OK))
         return code;
     w->leave = w->level[0].kept > 0;
     if (!identity)
@@ -210,11 +209,6 @@ int brick_writer_read(const struct brick_writer *w, uint64_t id, void *dst, stru
     struct brick_entry e;
     const struct brick_io *io = find(w, id, &e);
     return payload_read(io, &w->grid, id, &e, dst, scratch, err);
-}
-
-int brick_writer_cut(struct brick_writer *w, const uint64_t limit[], struct brick_error *err)
-{
-    return keep(w, limit, err);
 }
 
 bool brick_writer_is_journaled(const struct brick_writer *w)

@@ -8,6 +8,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <xxhash.h>
 
 #include "../support/interrupted.h"
 
@@ -204,6 +205,57 @@ static void damaged_bricks_before_notes(void **state)
     scene_finish(&s);
 }
 
+/* The last note in a journal, as libbrick/store/journal.h has it: where its block begins. */
+static size_t find_last_note(const unsigned char *journal, size_t size)
+{
+    uint64_t identity, head[3];
+    size_t note = 0;
+    memcpy(&identity, journal + 8, sizeof identity);
+    for (size_t at = 24 + identity; at + sizeof head <= size; at += sizeof head + head[1]) {
+        memcpy(head, journal + at, sizeof head);
+        if (head[0] == 255)
+            note = at;
+    }
+    assert_true(note > 0);
+    return note;
+}
+
+/* Notes that no conversion writes, with the right checksum: one line, no more. */
+static void forged_notes(void **state)
+{
+    (void)state;
+    struct scene s;
+    struct rest rest;
+    struct brick_error err;
+    tower_init(&s, BRICK_U8);
+    scene_ready(&s);
+    rest_take(&rest, &s, s.calls * 9 / 10);
+    unsigned char *journal = rest.bytes[SCENE_JOURNAL];
+    size_t at = find_last_note(journal, rest.size[SCENE_JOURNAL]), first_bin = 24 + 56;
+    const struct {
+        size_t where;
+        uint64_t number;
+    } forgeries[] = {{24, 0},          {24, 38},           {24, 40}, {24, 1 << 20}, {24, UINT64_MAX},
+                     {32, UINT64_MAX}, {first_bin, 65536}, {24, 36}, {32, 1 << 30}, {first_bin, UINT64_MAX}};
+    for (size_t i = 0; i < sizeof forgeries / sizeof forgeries[0]; i++) {
+        uint64_t head[3], was, checksum;
+        memcpy(head, journal + at, sizeof head);
+        memcpy(&was, journal + at + forgeries[i].where, sizeof was);
+        memcpy(journal + at + forgeries[i].where, &forgeries[i].number, sizeof was);
+        checksum = XXH3_64bits_withSeed(journal + at + sizeof head, head[1], 256 * at + 255);
+        memcpy(journal + at + 16, &checksum, sizeof checksum);
+        rest_put(&rest, &s);
+        assert_int_equal(scene_build(&s, true, NULL, &err), BRICK_ERR_FORMAT);
+        assert_null(strchr(err.message, '\n'));
+        memcpy(journal + at, head, sizeof head);
+        memcpy(journal + at + forgeries[i].where, &was, sizeof was);
+    }
+    rest_put(&rest, &s);
+    assert_true(scene_resumes(&s, "not forged", 0).bricks_decoded <= (ROWS_BETWEEN + 1) * bricks_a_row(&s));
+    rest_finish(&rest);
+    scene_finish(&s);
+}
+
 /* Begun in tiles and with scratch files, gone on with in whole rows and in memory, and the other way round.
  */
 static void with_tiles_and_scratch_files(void **state)
@@ -240,9 +292,13 @@ static void with_tiles_and_scratch_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(little_is_done_again),         cmocka_unit_test(axes_halved_in_turn),
-        cmocka_unit_test(killed_around_checkpoints),    cmocka_unit_test(killed_many_times_over),
-        cmocka_unit_test(flipped_bytes_in_notes),       cmocka_unit_test(damaged_bricks_before_notes),
+        cmocka_unit_test(little_is_done_again),
+        cmocka_unit_test(axes_halved_in_turn),
+        cmocka_unit_test(killed_around_checkpoints),
+        cmocka_unit_test(killed_many_times_over),
+        cmocka_unit_test(flipped_bytes_in_notes),
+        cmocka_unit_test(damaged_bricks_before_notes),
+        cmocka_unit_test(forged_notes),
         cmocka_unit_test(with_tiles_and_scratch_files),
     };
     return cmocka_run_group_tests_name("checkpoints", tests, NULL, NULL);
