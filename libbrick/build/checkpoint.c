@@ -1,7 +1,9 @@
-/* The finest coarser levels have by far the largest slices, and need them for the shortest time: they are
- * made again from the last rows of level 0. A checkpoint comes where little waits for the end of a row: level
- * 1 then waits with half a row of bricks, and so does level 2, from which on slices are put down. With the
- * border slices of level 2 they are a fiftieth of the source's bytes since the last checkpoint, or less. */
+/* The finest of the coarser levels have by far the largest slices, and need them for the shortest time: they
+ * are made again from the last rows of level 0. A checkpoint comes one row before a multiple of four, where
+ * levels 1 and 2, all axes being halved, wait with only half a row of bricks and their border. Three rows of
+ * level 0 make that again but for the border of level 2, so that, with bricks of 32, two slices of that level
+ * and 18 or 34 of each coarser one are put down: a hundredth of the source's bytes since the last one.
+ */
 #include "checkpoint.h"
 
 #include <string.h>
@@ -27,7 +29,7 @@ static bool has_place(const struct brick_grid *grid, uint64_t rows)
     uint64_t all = grid->level[0].bricks[2], apart = ROWS_APART;
     while (apart * MOST < all)
         apart *= 2;
-    return rows == all || rows % apart == apart - (ROWS_APART - ROWS_AGAIN);
+    return rows == all || rows % apart == apart - 1;
 }
 
 static uint64_t first_again(const struct brick_grid *grid, uint64_t rows)
