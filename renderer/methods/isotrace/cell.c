@@ -18,19 +18,15 @@ static double clamp(double v, double lo, double hi)
     return v < lo ? lo : v > hi ? hi : v;
 }
 
-/* From a at 0 to b at 1, both exactly, and in between never outside of them: rounding is monotone, and from
- * the nearer end it is less than half the way. */
-static double between(double a, double b, double s)
-{
-    return s < 0.5 ? a + s * (b - a) : b - (1.0 - s) * (b - a);
-}
-
-/* At p on the face of the cell that is across `axis`, the far one or the near one. */
+/* At p on the face of the cell that is across `axis`, the far one or the near one: as vr_cubic_in_cell has it
+ * for a ray that enters there. */
 static double on_face(const double corners[8], int axis, bool far, const double p[3])
 {
-    int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-    const double *c = corners + (far ? 1 << axis : 0);
-    return between(between(c[0], c[1 << u], p[u]), between(c[1 << v], c[(1 << u) + (1 << v)], p[u]), p[v]);
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    const double *c = corners + ((int)far << axis);
+    const struct vr_cubic_place at_u = vr_cubic_place_of(p[u]);
+    const double ends[2] = {vr_cubic_lerp(c, 1 << u, at_u), vr_cubic_lerp(c + (1 << v), 1 << u, at_u)};
+    return vr_cubic_lerp(ends, 1, vr_cubic_place_of(p[v]));
 }
 
 struct change {
@@ -102,7 +98,7 @@ int vr_iso_cell(struct vr_iso_walk *walk, const struct vr_iso_block *block, cons
     if (axis1 >= 0)
         leave[axis1] = r->up[axis1] ? 1.0 : 0.0;
     struct vr_cubic f = vr_cubic_in_cell(corners, enter, leave);
-    double at_enter = axis0 < 0 ? f.c[0] : on_face(corners, axis0, !r->up[axis0], enter);
+    double at_enter = f.c[0]; /* on_face, where there is a face */
     double at_leave = axis1 < 0 ? vr_cubic_eval(&f, 1.0) : on_face(corners, axis1, r->up[axis1], leave);
     for (uint32_t k = 0; k < frame->surfaces; k++) {
         double v = frame->surface[k].isovalue, s[3];

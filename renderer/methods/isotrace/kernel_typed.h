@@ -36,140 +36,143 @@ static inline bool NAME(candidate)(const struct vr_iso_frame *frame, const VOXEL
     return false;
 }
 
-/* Cells of a box [first, end) of the block's cells, from the one that the ray is in at t. */
-static inline int NAME(cells)(struct vr_iso_walk *walk, const struct vr_iso_block *block,
-                              const int32_t first[3], const int32_t end[3], double t, int axis,
-                              const int32_t start[3], struct brick_error *err)
+static uint64_t NAME(macrocells)(const struct vr_iso_frame *frame, const struct vr_iso_block *block,
+                                 size_t word)
+{
+    const VOXEL *ranges = block->ranges;
+    const int32_t *macros = block->macros;
+    const uint32_t row = block->macro_row;
+    uint64_t bits = 0;
+    for (uint32_t bit = 0; bit < 64 && (word * 64 + bit) >> (3 * row) == 0; bit++) {
+        const uint32_t i = (uint32_t)word * 64 + bit;
+        const int32_t x = (int32_t)(i & ((1u << row) - 1)), y = (int32_t)(i >> row & ((1u << row) - 1)),
+                      z = (int32_t)(i >> (2 * row));
+        if (x < macros[0] && y < macros[1] && z < macros[2]) {
+            const VOXEL *range = ranges + 2 * ((z * macros[1] + y) * macros[0] + x);
+            bits |= (uint64_t)(!frame->skip || NAME(mixed)(frame, range[0], range[1])) << bit;
+        }
+    }
+    return bits;
+}
+
+/* From cell to cell while macrocells are active, from macrocell to macrocell where they are not. */
+static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *block,
+                         const atomic_uint_least64_t *bits, double t, int axis, struct brick_error *err)
 {
     const struct vr_iso_frame *frame = walk->frame;
     const struct vr_iso_ray *r = &walk->ray;
     const VOXEL *voxels = block->voxels;
     const double slope = frame->grid->slope, intercept = frame->grid->intercept, leave = r->leave;
-    int32_t at[3], left[3], step[3];
+    int32_t at[3], left[3], step[3], macro[3], macro_index = 0, macro_move[3];
     double next[3], plane[3], pace[3], from[3], stride[3];
+#ifndef TILED
+    const size_t row = block->row, slice = block->slice;
+    const ptrdiff_t move[3] = {r->up[0] ? 1 : -1, r->up[1] ? (ptrdiff_t)row : -(ptrdiff_t)row,
+                               r->up[2] ? (ptrdiff_t)slice : -(ptrdiff_t)slice};
+    const VOXEL *v;
+#endif
     for (int i = 0; i < 3; i++) {
-        at[i] = start[i];
+        const int32_t cell =
+            vr_iso_block_cell(r, block, i, t, axis, vr_iso_macro_first(block, i, 0), block->end[i]);
+        macro[i] = cell < block->first[i] ? 0 : (cell - block->first[i]) >> block->macro_shift;
+        macro_index += macro[i] << (uint32_t)i * block->macro_row;
         step[i] = r->up[i] ? 1 : -1;
-        left[i] = r->up[i] ? end[i] - at[i] : at[i] - first[i] + 1;
+        macro_move[i] = step[i] * (1 << (uint32_t)i * block->macro_row);
         stride[i] = (double)step[i];
         from[i] = r->from[i];
         pace[i] = r->pace[i];
-        plane[i] = (double)(block->lo[i] + at[i] + r->up[i]);
-        next[i] = (plane[i] - from[i]) * pace[i];
     }
-#ifndef TILED
-    const ptrdiff_t move[3] = {step[0], step[1] * (ptrdiff_t)block->row, step[2] * (ptrdiff_t)block->slice};
-    const size_t row = block->row, slice = block->slice;
-    const VOXEL *v = voxels + AT(at[0], at[1], at[2]);
-#endif
+/* Into the next macrocell, if there is one before the ray's end. */
+#define CROSS(i)                                                                                             \
+    macro[i] += step[i];                                                                                     \
+    if (!(t < leave) || (uint32_t)macro[i] >= (uint32_t)block->macros[i])                                    \
+        return 0;                                                                                            \
+    macro_index += macro_move[i];
+#define ACTIVE()                                                                                             \
+    (atomic_load_explicit(&bits[macro_index >> 6], memory_order_relaxed) >> (macro_index & 63) & 1)
     for (;;) {
+        if (!ACTIVE()) {
+            for (int i = 0; i < 3; i++)
+                next[i] = vr_iso_macro_exit(r, block, i, macro[i]);
+            do {
+                axis = vr_iso_first(next);
+                t = next[axis];
+                CROSS(axis)
+                next[axis] = vr_iso_macro_exit(r, block, axis, macro[axis]);
+            } while (!ACTIVE());
+        }
+        for (int i = 0; i < 3; i++) {
+            const int32_t first = vr_iso_macro_first(block, i, macro[i]),
+                          end = vr_iso_macro_end(block, i, macro[i]);
+            at[i] = vr_iso_block_cell(r, block, i, t, axis, first, end);
+            left[i] = r->up[i] ? end - at[i] : at[i] - first + 1;
+            plane[i] = (double)(block->lo[i] + at[i] + r->up[i]);
+            next[i] = (plane[i] - from[i]) * pace[i];
+        }
+#ifndef TILED
+        v = voxels + AT(at[0], at[1], at[2]);
+#endif
+        do {
 #ifdef TILED
-        const uint32_t *x = block->table[0] + at[0], *y = block->table[1] + at[1],
-                       *z = block->table[2] + at[2];
-        const uint32_t y0 = y[0] + z[0], y1 = y[1] + z[0], y2 = y[0] + z[1], y3 = y[1] + z[1];
-        const VOXEL c[8] = {voxels[y0 + x[0]], voxels[y0 + x[1]], voxels[y1 + x[0]], voxels[y1 + x[1]],
-                            voxels[y2 + x[0]], voxels[y2 + x[1]], voxels[y3 + x[0]], voxels[y3 + x[1]]};
+            const uint32_t *x = block->table[0] + at[0], *y = block->table[1] + at[1],
+                           *z = block->table[2] + at[2];
+            const uint32_t y0 = y[0] + z[0], y1 = y[1] + z[0], y2 = y[0] + z[1], y3 = y[1] + z[1];
+            const VOXEL c[8] = {voxels[y0 + x[0]], voxels[y0 + x[1]], voxels[y1 + x[0]], voxels[y1 + x[1]],
+                                voxels[y2 + x[0]], voxels[y2 + x[1]], voxels[y3 + x[0]], voxels[y3 + x[1]]};
 #else
-        const VOXEL c[8] = {v[0],     v[1],         v[row],         v[row + 1],
-                            v[slice], v[slice + 1], v[slice + row], v[slice + row + 1]};
+            const VOXEL c[8] = {v[0],     v[1],         v[row],         v[row + 1],
+                                v[slice], v[slice + 1], v[slice + row], v[slice + row + 1]};
 #endif
-        if (NAME(candidate)(frame, c)) {
-            double corners[8];
-            bool finite = true;
-            for (int i = 0; i < 8; i++) {
-                finite &= FINITE(c[i]);
-                corners[i] = slope * (double)c[i] + intercept;
+            if (NAME(candidate)(frame, c)) {
+                double corners[8];
+                bool finite = true;
+                for (int i = 0; i < 8; i++) {
+                    finite &= FINITE(c[i]);
+                    corners[i] = slope * (double)c[i] + intercept;
+                }
+                if (finite) {
+                    int last = vr_iso_first(next);
+                    bool ends = !(next[last] < leave);
+                    int code = vr_iso_cell(walk, block, at, corners, t, axis, ends ? leave : next[last],
+                                           ends ? -1 : last, err);
+                    if (code)
+                        return code;
+                }
             }
-            if (finite) {
-                int last = vr_iso_first(next);
-                bool ends = !(next[last] < leave);
-                int code = vr_iso_cell(walk, block, at, corners, t, axis, ends ? leave : next[last],
-                                       ends ? -1 : last, err);
-                if (code)
-                    return code;
+#ifdef TILED
+#define MOVE(i)
+#else
+#define MOVE(i) v += move[i];
+#endif
+#define STEP(i)                                                                                              \
+    t = next[i];                                                                                             \
+    axis = i;                                                                                                \
+    plane[i] += stride[i];                                                                                   \
+    next[i] = (plane[i] - from[i]) * pace[i];                                                                \
+    at[i] += step[i];                                                                                        \
+    MOVE(i)                                                                                                  \
+    if (--left[i] == 0) {                                                                                    \
+        CROSS(i)                                                                                             \
+        if (!ACTIVE())                                                                                       \
+            break;                                                                                           \
+        left[i] = vr_iso_macro_end(block, i, macro[i]) - vr_iso_macro_first(block, i, macro[i]);             \
+    }
+            /* Three branches rather than an index: the numbers stay in registers. */
+            if (next[0] <= next[1] && next[0] <= next[2]) {
+                STEP(0)
+            } else if (next[1] <= next[2]) {
+                STEP(1)
+            } else {
+                STEP(2)
             }
-        }
-        /* Three branches rather than an index: the numbers stay in registers. */
-        if (next[0] <= next[1] && next[0] <= next[2]) {
-            t = next[0];
-            axis = 0;
-            plane[0] += stride[0];
-            next[0] = (plane[0] - from[0]) * pace[0];
-#ifndef TILED
-            v += move[0];
-#endif
-            at[0] += step[0];
-            if (--left[0] == 0)
-                return 0;
-        } else if (next[1] <= next[2]) {
-            t = next[1];
-            axis = 1;
-            plane[1] += stride[1];
-            next[1] = (plane[1] - from[1]) * pace[1];
-#ifndef TILED
-            v += move[1];
-#endif
-            at[1] += step[1];
-            if (--left[1] == 0)
-                return 0;
-        } else {
-            t = next[2];
-            axis = 2;
-            plane[2] += stride[2];
-            next[2] = (plane[2] - from[2]) * pace[2];
-#ifndef TILED
-            v += move[2];
-#endif
-            at[2] += step[2];
-            if (--left[2] == 0)
-                return 0;
-        }
+        } while (t < leave);
         if (!(t < leave))
             return 0;
     }
-}
-
-static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *block, double t, int axis,
-                         struct brick_error *err)
-{
-    const struct vr_iso_ray *r = &walk->ray;
-    const bool skip = walk->frame->skip && block->ranges;
-    const uint32_t shift = skip ? block->macro_shift : 30; /* without the hierarchy one macrocell holds all */
-    const VOXEL *ranges = block->ranges;
-    int32_t at[3], macro[3], macros[3], first[3], end[3], move[3];
-    int32_t index = 0, stride = 2;
-    double next[3];
-
-    for (int i = 0; i < 3; i++) {
-        at[i] = vr_iso_block_cell(r, block, i, t, axis, block->first[i] - block->edge_low[i], block->end[i]);
-        macros[i] = skip ? block->macros[i] : 1;
-        macro[i] = at[i] < block->first[i] ? 0 : (at[i] - block->first[i]) >> shift;
-        next[i] = vr_iso_macro_exit(r, block, i, macro[i], macros[i], shift);
-        move[i] = r->up[i] ? stride : -stride;
-        index += macro[i] * stride;
-        stride *= macros[i];
-    }
-    for (bool entered = true;; entered = false) {
-        if (!skip || NAME(mixed)(walk->frame, ranges[index], ranges[index + 1])) {
-            for (int i = 0; i < 3; i++) {
-                bool low = macro[i] == 0, high = macro[i] + 1 == macros[i];
-                first[i] = block->first[i] + (low ? -(int32_t)block->edge_low[i] : macro[i] << shift);
-                end[i] = high ? block->end[i] : block->first[i] + ((macro[i] + 1) << shift);
-                if (!entered)
-                    at[i] = vr_iso_block_cell(r, block, i, t, axis, first[i], end[i]);
-            }
-            int code = NAME(cells)(walk, block, first, end, t, axis, at, err);
-            if (code)
-                return code;
-        }
-        axis = vr_iso_first(next);
-        t = next[axis];
-        macro[axis] += r->up[axis] ? 1 : -1;
-        if (!(t < r->leave) || (uint32_t)macro[axis] >= (uint32_t)macros[axis])
-            return 0;
-        index += move[axis];
-        next[axis] = vr_iso_macro_exit(r, block, axis, macro[axis], macros[axis], shift);
-    }
+#undef CROSS
+#undef ACTIVE
+#undef MOVE
+#undef STEP
 }
 
 /* f(p + e) - f(p - e) from rows of four voxels along an axis, at the corners of the other two. */

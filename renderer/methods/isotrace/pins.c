@@ -22,6 +22,8 @@ void vr_iso_block_of_brick(const struct brick_grid *grid, uint64_t id, const voi
     block->ranges = (const char *)data + brick_place_voxel_bytes(grid, &place);
     while (1u << block->macro_shift < grid->macrocell)
         block->macro_shift++;
+    while (grid->macrocell << block->macro_row < grid->edge)
+        block->macro_row++;
     for (int i = 0; i < 3; i++) {
         block->lo[i] = place.lo[i];
         block->first[i] = (int32_t)grid->border;

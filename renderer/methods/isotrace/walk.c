@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "map.h"
 #include "pins.h"
 
 static void set_up(struct vr_iso_ray *r, const struct brick_level *level, const struct brick_ray *ray,
@@ -63,7 +64,7 @@ static void next_brick(struct vr_iso_walk *w)
 
 static void to_active_brick(struct vr_iso_walk *w)
 {
-    while (!w->done && !w->frame->active[w->index])
+    while (!w->done && !vr_iso_map_state(w->frame->map, (uint64_t)w->index))
         next_brick(w);
 }
 
@@ -91,9 +92,10 @@ void vr_iso_start(struct vr_iso_walk *w, const struct brick_ray *ray, double ent
     to_active_brick(w);
 }
 
-static int go_through(struct vr_iso_walk *w, const struct vr_iso_block *block, struct brick_error *err)
+static int go_through(struct vr_iso_walk *w, const struct vr_iso_block *block,
+                      const atomic_uint_least64_t *bits, struct brick_error *err)
 {
-    int code = w->frame->kernel->through(w, block, w->t, w->axis, err);
+    int code = w->frame->kernel->through(w, block, bits, w->t, w->axis, err);
     if (code < 0)
         return code;
     w->done = code > 0 || w->frame->flat;
@@ -103,6 +105,9 @@ static int go_through(struct vr_iso_walk *w, const struct vr_iso_block *block, s
     }
     return BRICK_OK;
 }
+
+/* A level as one block is one macrocell. */
+static const atomic_uint_least64_t flat_bits = 1;
 
 int vr_iso_trace(struct vr_iso_walk *walks, size_t n, struct vr_iso_pin *pin, struct brick_error *err)
 {
@@ -116,12 +121,17 @@ int vr_iso_trace(struct vr_iso_walk *walks, size_t n, struct vr_iso_pin *pin, st
             return BRICK_OK;
         const struct vr_iso_frame *frame = nearest->frame;
         const struct vr_iso_block *block = frame->flat;
+        const atomic_uint_least64_t *bits = &flat_bits;
         int64_t index = nearest->index;
-        if (!block)
+        if (!block) {
             code = vr_iso_pin_get(pin, frame->level->first_brick + (uint64_t)index, &block, err);
+            if (code)
+                return code;
+            bits = vr_iso_map_look(frame->map, frame, (uint64_t)index, block);
+        }
         for (size_t i = 0; i < n && !code; i++)
             if (!walks[i].done && walks[i].index == index)
-                code = go_through(&walks[i], block, err);
+                code = go_through(&walks[i], block, bits, err);
         if (code)
             return code;
     }

@@ -29,7 +29,7 @@ struct vr_iso_block {
     int32_t end[3];
     bool edge_low[3],
         edge_high[3]; /* the volume ends there: no ray leaves, and the half cell is the block's too */
-    uint32_t macro_shift;
+    uint32_t macro_shift, macro_row; /* log2 of a macrocell's edge, and of how many a whole brick has on an axis */
     int32_t macros[3];
     size_t row, slice;        /* strides in voxels */
     const uint32_t *table[3]; /* tiled: where a coordinate's voxels are, to be added up */
@@ -53,15 +53,21 @@ struct vr_iso_hit {
 enum vr_iso_phase { VR_ISO_TRAVERSAL, VR_ISO_INTERSECTION, VR_ISO_SHADING };
 
 struct vr_iso_walk;
-/* Go through a block that the ray enters at t through a plane of `axis` (-1: starts inside). 0: left it; 1:
- * the ray has ended; or a negative enum brick_result. */
-typedef int vr_iso_through(struct vr_iso_walk *walk, const struct vr_iso_block *block, double t, int axis,
-                           struct brick_error *err);
+struct vr_iso_frame;
+/* Go through a block that the ray enters at t through a plane of `axis` (-1: starts inside), in the macrocells
+ * whose bits are set. 0: left it; 1: the ray has ended; or a negative enum brick_result. */
+typedef int vr_iso_through(struct vr_iso_walk *walk, const struct vr_iso_block *block,
+                           const atomic_uint_least64_t *bits, double t, int axis, struct brick_error *err);
+/* A word of a block's bits: through which of its macrocells a surface passes, by their ranges, or all
+ * of them without skipping. */
+typedef uint64_t vr_iso_macrocells(const struct vr_iso_frame *frame, const struct vr_iso_block *block,
+                                   size_t word);
 typedef void vr_iso_gradient(const struct vr_iso_block *block, const int32_t at[3], const double f[3],
                              double gradient[3]);
 
 struct vr_iso_kernel {
     vr_iso_through *through;
+    vr_iso_macrocells *macrocells;
     vr_iso_gradient *gradient;
 };
 /* Of a stored type; tiled: for blocks with tables. */
@@ -74,7 +80,7 @@ struct vr_iso_frame {
     const struct vr_iso_kernel *kernel;
     struct vr_iso_level surface[VR_ISO_MAX_SURFACES];
     uint32_t surfaces;
-    const uint8_t *active;           /* one byte a brick of the level */
+    struct vr_iso_map *map;          /* where they may be */
     const struct vr_iso_block *flat; /* the whole level as one block, or NULL */
     double termination;
     bool skip;
@@ -173,22 +179,25 @@ static inline int32_t vr_iso_block_cell(const struct vr_iso_ray *ray, const stru
     return cell < first ? first : cell >= end ? end - 1 : (int32_t)cell;
 }
 
-/* Where the ray leaves a macrocell on an axis; at the volume's edge nowhere. */
-static inline double vr_iso_macro_exit(const struct vr_iso_ray *ray, const struct vr_iso_block *block,
-                                       int axis, int32_t macro, int32_t macros, uint32_t shift)
+/* A macrocell's cells on an axis: [first, end). At the volume's edge the half cell is one of them. */
+static inline int32_t vr_iso_macro_first(const struct vr_iso_block *block, int axis, int32_t macro)
 {
-    int32_t plane = block->first[axis] + (macro << shift);
-    if (ray->up[axis]) {
-        plane += INT32_C(1) << shift;
-        if (macro + 1 == macros) {
-            if (block->edge_high[axis])
-                return INFINITY;
-            plane = block->end[axis];
-        }
-    } else if (macro == 0 && block->edge_low[axis]) {
-        return INFINITY;
-    }
-    return vr_iso_meets(ray, axis, block->lo[axis] + plane);
+    return block->first[axis] + (macro ? macro << block->macro_shift : -(int32_t)block->edge_low[axis]);
+}
+
+static inline int32_t vr_iso_macro_end(const struct vr_iso_block *block, int axis, int32_t macro)
+{
+    return macro + 1 == block->macros[axis] ? block->end[axis]
+                                            : block->first[axis] + ((macro + 1) << block->macro_shift);
+}
+
+/* Where the ray leaves a macrocell on an axis. At the volume's edge that is beyond the ray's end. */
+static inline double vr_iso_macro_exit(const struct vr_iso_ray *ray, const struct vr_iso_block *block,
+                                       int axis, int32_t macro)
+{
+    return vr_iso_meets(ray, axis,
+                        block->lo[axis] + (ray->up[axis] ? vr_iso_macro_end(block, axis, macro)
+                                                         : vr_iso_macro_first(block, axis, macro)));
 }
 
 #endif
