@@ -175,36 +175,22 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
 #undef STEP
 }
 
-/* f(p + e) - f(p - e) from rows of four voxels along an axis, at the corners of the other two. */
-static inline double NAME(central)(const struct vr_iso_block *block, const int32_t at[3], int axis,
-                                   const double f[3])
-{
-    const VOXEL *voxels = block->voxels;
-    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-    double d[4];
-    for (int i = 0; i < 4; i++) {
-        int32_t p[3] = {at[0], at[1], at[2]};
-        double row[4];
-        p[u] += i & 1;
-        p[v] += i >> 1;
-        p[axis]--;
-        for (int j = 0; j < 4; j++, p[axis]++)
-            row[j] = (double)voxels[AT(p[0], p[1], p[2])];
-        d[i] = (row[2] + f[axis] * (row[3] - row[2])) - (row[0] + f[axis] * (row[1] - row[0]));
-    }
-    double low = d[0] + f[u] * (d[1] - d[0]), high = d[2] + f[u] * (d[3] - d[2]);
-    return low + f[v] * (high - low);
-}
-
-/* Central differences of the trilinear field at +-1 voxel; where a neighbour is not finite the component is
- * 0. */
+/* Of a cell's surroundings what its gradients need: no corners, no edges. */
 static void NAME(gradient)(const struct vr_iso_block *block, const int32_t at[3], const double f[3],
                            double gradient[3])
 {
-    for (int i = 0; i < 3; i++) {
-        double g = 0.5 * NAME(central)(block, at, i, f);
-        gradient[i] = isfinite(g) ? g : 0.0;
-    }
+    const VOXEL *voxels = block->voxels;
+    double c[64];
+    for (int z = 0; z < 4; z++)
+        for (int y = 0; y < 4; y++) {
+            const bool inside_y = y == 1 || y == 2, inside_z = z == 1 || z == 2;
+            for (int x = 0; x < 4; x++)
+                if (inside_y + inside_z + (x == 1 || x == 2) >= 2)
+                    c[x + 4 * y + 16 * z] = (double)voxels[AT(at[0] + x - 1, at[1] + y - 1, at[2] + z - 1)];
+        }
+    gradient[0] = central(c + 21, 1, 4, 16, f[0], f[1], f[2]);
+    gradient[1] = central(c + 21, 4, 1, 16, f[1], f[0], f[2]);
+    gradient[2] = central(c + 21, 16, 1, 4, f[2], f[0], f[1]);
 }
 
 #undef AT

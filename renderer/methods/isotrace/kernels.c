@@ -4,6 +4,20 @@
 #include <math.h>
 #include <stddef.h>
 
+/* Half of f(p + e) - f(p - e) for the trilinear field, e a step of `axis`, u and v those of the other two axes,
+ * at fractions fa, fu, fv of the cell whose first corner is at c. 0 where a neighbour is not finite. */
+static inline double central(const double *c, int axis, int u, int v, double fa, double fu, double fv)
+{
+    double d[4];
+    for (int i = 0; i < 4; i++) {
+        const double *row = c + (i & 1) * u + (i >> 1) * v;
+        d[i] = (row[axis] + fa * (row[2 * axis] - row[axis])) - (row[-axis] + fa * (row[0] - row[-axis]));
+    }
+    double low = d[0] + fu * (d[1] - d[0]), high = d[2] + fu * (d[3] - d[2]),
+           g = 0.5 * (low + fv * (high - low));
+    return isfinite(g) ? g : 0.0;
+}
+
 #define ALWAYS(x) ((void)(x), true)
 
 #define VOXEL      uint8_t
