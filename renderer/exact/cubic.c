@@ -76,11 +76,12 @@ int vr_cubic_extrema(const struct vr_cubic *f, double s[2])
     return n;
 }
 
-/* Newton's method, kept inside a bracket that every step narrows; where it fails to halve the residual (a
- * double root at the bracket's end) the bracket is halved instead. */
+/* Halley's method, kept inside a bracket that every step narrows; where it fails to halve the residual (a
+ * double root at the bracket's end) the bracket is halved instead. A step of h leaves an error of |k| h^3,
+ * k = (f''/2f')^2 - f'''/6f': once that is below rounding there is no next one. */
 double vr_cubic_solve(const struct vr_cubic *f, double v, double a, double b)
 {
-    struct vr_cubic g = {{f->c[0] - v, f->c[1], f->c[2], f->c[3]}};
+    const struct vr_cubic g = {{f->c[0] - v, f->c[1], f->c[2], f->c[3]}};
     double at_a = vr_cubic_eval(&g, a), at_b = vr_cubic_eval(&g, b);
     if (at_a == 0.0 || (at_a > 0.0) == (at_b > 0.0)) /* same sign: v is an end's value but for rounding */
         return fabs(at_a) <= fabs(at_b) ? a : b;
@@ -94,12 +95,15 @@ double vr_cubic_solve(const struct vr_cubic *f, double v, double a, double b)
             a = s;
         else
             b = s;
-        double slope = g.c[1] + s * (2.0 * g.c[2] + s * 3.0 * g.c[3]);
-        double next = s - y / slope;
-        if (!(next > a && next < b) || fabs(y) > 0.5 * last)
+        double slope = g.c[1] + s * (2.0 * g.c[2] + s * 3.0 * g.c[3]), bend = g.c[2] + 3.0 * g.c[3] * s;
+        double step = y * slope / (slope * slope - y * bend), next = s - step;
+        bool good = next > a && next < b && !(fabs(y) > 0.5 * last);
+        if (!good)
             next = a + 0.5 * (b - a);
         last = fabs(y);
-        if (fabs(next - s) <= DBL_EPSILON * s || b - a <= DBL_EPSILON * b)
+        if (fabs(next - s) <= DBL_EPSILON * s || b - a <= DBL_EPSILON * b ||
+            (good && fabs(step * step * step) * (bend * bend + fabs(slope * g.c[3])) <=
+                         0.25 * DBL_EPSILON * s * slope * slope))
             return next;
         s = next;
     }

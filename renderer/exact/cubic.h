@@ -10,24 +10,12 @@ struct vr_cubic {
     double c[4];
 };
 
-/* A place in [0,1] counted from the nearer end, so that at an end nothing is left of the other one, however
- * large. The choice is an index, not a branch: which half it is nobody can predict. */
-struct vr_cubic_place {
-    int end;     /* 0 or 1, */
-    double from; /* and the way from there */
-};
-
-static inline struct vr_cubic_place vr_cubic_place_of(double x)
+/* From a at 0 to b at 1, both exactly, and in between never outside of them: rounding is monotone, and from the
+ * nearer end, chosen without a branch (which it is nobody can predict), it is no more than half the way. */
+static inline double vr_cubic_lerp(double a, double b, double x)
 {
-    struct vr_cubic_place p = {x > 0.5, x - (double)(x > 0.5)};
-    return p;
-}
-
-/* From v[0] at 0 to v[stride] at 1, both exactly, and in between never outside of them: rounding is monotone,
- * and it is no more than half the way. */
-static inline double vr_cubic_lerp(const double *v, int stride, struct vr_cubic_place p)
-{
-    return v[p.end * stride] + p.from * (v[stride] - v[0]);
+    const double end = x > 0.5 ? b : a, from = x > 0.5 ? x - 1.0 : x;
+    return end + from * (b - a);
 }
 
 /* corners: values at the cell's corners, x fastest. enter, leave: ends of the segment in cell coordinates,
@@ -38,23 +26,22 @@ static inline double vr_cubic_lerp(const double *v, int stride, struct vr_cubic_
 static inline struct vr_cubic vr_cubic_in_cell(const double corners[8], const double enter[3],
                                                const double leave[3])
 {
-    const struct vr_cubic_place x = vr_cubic_place_of(enter[0]), y = vr_cubic_place_of(enter[1]),
-                                z = vr_cubic_place_of(enter[2]);
     const double dx = leave[0] - enter[0], dy = leave[1] - enter[1], dz = leave[2] - enter[2];
     double a[2][4], b[3][2]; /* by power of s, then by what is left of the corners */
     struct vr_cubic f;
     for (int i = 0; i < 4; i++) {
-        a[0][i] = vr_cubic_lerp(corners + 2 * i, 1, x);
+        a[0][i] = vr_cubic_lerp(corners[2 * i], corners[2 * i + 1], enter[0]);
         a[1][i] = dx * (corners[2 * i + 1] - corners[2 * i]);
     }
     for (int i = 0; i < 2; i++) {
-        b[0][i] = vr_cubic_lerp(a[0] + 2 * i, 1, y);
-        b[1][i] = vr_cubic_lerp(a[1] + 2 * i, 1, y) + dy * (a[0][2 * i + 1] - a[0][2 * i]);
-        b[2][i] = dy * (a[1][2 * i + 1] - a[1][2 * i]);
+        const double *constant = a[0] + 2 * i, *linear = a[1] + 2 * i;
+        b[0][i] = vr_cubic_lerp(constant[0], constant[1], enter[1]);
+        b[1][i] = vr_cubic_lerp(linear[0], linear[1], enter[1]) + dy * (constant[1] - constant[0]);
+        b[2][i] = dy * (linear[1] - linear[0]);
     }
-    f.c[0] = vr_cubic_lerp(b[0], 1, z);
-    f.c[1] = vr_cubic_lerp(b[1], 1, z) + dz * (b[0][1] - b[0][0]);
-    f.c[2] = vr_cubic_lerp(b[2], 1, z) + dz * (b[1][1] - b[1][0]);
+    f.c[0] = vr_cubic_lerp(b[0][0], b[0][1], enter[2]);
+    f.c[1] = vr_cubic_lerp(b[1][0], b[1][1], enter[2]) + dz * (b[0][1] - b[0][0]);
+    f.c[2] = vr_cubic_lerp(b[2][0], b[2][1], enter[2]) + dz * (b[1][1] - b[1][0]);
     f.c[3] = dz * (b[2][1] - b[2][0]);
     return f;
 }

@@ -193,7 +193,7 @@ static void add_brick(const struct vr_iso_bounds *b, const uint64_t at[3], uint6
     box_of(at, grid->edge, lo, hi);
     if (!see(b, lo, hi, &s))
         return;
-    if (vr_iso_map_state(map, index) != VR_ISO_KNOWN || s.to[0] - s.from[0] < across * VR_ISO_BLOCK) {
+    if (vr_iso_map_state(map, index) != VR_ISO_KNOWN || s.to[0] - s.from[0] < 2 * VR_ISO_BLOCK) {
         cover(b, &s, picture);
         return;
     }

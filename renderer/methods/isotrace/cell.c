@@ -15,7 +15,8 @@
 
 static double clamp(double v, double lo, double hi)
 {
-    return v < lo ? lo : v > hi ? hi : v;
+    v = v > lo ? v : lo;
+    return v < hi ? v : hi;
 }
 
 /* At p on the face of the cell that is across `axis`, the far one or the near one: as vr_cubic_in_cell has it
@@ -23,10 +24,8 @@ static double clamp(double v, double lo, double hi)
 static double on_face(const double corners[8], int axis, bool far, const double p[3])
 {
     const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-    const double *c = corners + ((int)far << axis);
-    const struct vr_cubic_place at_u = vr_cubic_place_of(p[u]);
-    const double ends[2] = {vr_cubic_lerp(c, 1 << u, at_u), vr_cubic_lerp(c + (1 << v), 1 << u, at_u)};
-    return vr_cubic_lerp(ends, 1, vr_cubic_place_of(p[v]));
+    const double *c = corners + ((int)far << axis), *d = c + (1 << v);
+    return vr_cubic_lerp(vr_cubic_lerp(c[0], c[1 << u], p[u]), vr_cubic_lerp(d[0], d[1 << u], p[u]), p[v]);
 }
 
 struct change {
@@ -37,7 +36,7 @@ struct change {
 /* Is the cubic on one side all the way? Its Bernstein coefficients bound it. */
 static bool one_sided(const struct vr_cubic *f, double v, bool above)
 {
-    double b1 = f->c[0] + f->c[1] / 3.0, b2 = f->c[0] + (2.0 * f->c[1] + f->c[2]) / 3.0;
+    double b1 = f->c[0] + 1.0 / 3.0 * f->c[1], b2 = f->c[0] + 1.0 / 3.0 * (2.0 * f->c[1] + f->c[2]);
     return (b1 >= v) == above && (b2 >= v) == above;
 }
 

@@ -17,8 +17,9 @@ static void set_up(struct vr_iso_ray *r, const struct brick_level *level, const 
                    double enter_mm, double leave_mm)
 {
     for (int i = 0; i < 3; i++) {
-        r->origin[i] = (ray->origin[i] - level->offset[i]) / level->scale[i];
-        r->direction[i] = ray->direction[i] / level->scale[i];
+        const double per_voxel = 1.0 / level->scale[i]; /* exact: powers of 2 */
+        r->origin[i] = (ray->origin[i] - level->offset[i]) * per_voxel;
+        r->direction[i] = ray->direction[i] * per_voxel;
         r->pace[i] = 1.0 / r->direction[i];
         /* So slow that no plane is met within any distance that a double resolves: it runs along. */
         r->moves[i] = isfinite(r->pace[i]);
