@@ -23,6 +23,7 @@
 #include "split.h"
 
 enum { TILE_WIDTH = 32, TILE_HEIGHT = 4, TILE_PIXELS = TILE_WIDTH * TILE_HEIGHT };
+_Static_assert((int)TILE_PIXELS <= (int)VR_ISO_RAYS, "a tile is traced in one go");
 
 const struct vr_isotracer_params vr_isotracer_defaults = {.host_cache_bytes = UINT64_C(1) << 30};
 const struct vr_isotrace_params vr_isotrace_defaults = {.termination = 1e-4, .skip = true};

@@ -64,7 +64,8 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
     const VOXEL *voxels = block->voxels;
     const double slope = frame->grid->slope, intercept = frame->grid->intercept, leave = r->leave;
     int32_t at[3], left[3], step[3], macro[3], macro_index = 0, macro_move[3];
-    double next[3], plane[3], pace[3], from[3], stride[3];
+    double next[3], plane[3], pace[3], from[3], stride[3], macro_stride[3];
+    bool low[3];
 #ifndef TILED
     const size_t row = block->row, slice = block->slice;
     const ptrdiff_t move[3] = {r->up[0] ? 1 : -1, r->up[1] ? (ptrdiff_t)row : -(ptrdiff_t)row,
@@ -72,13 +73,14 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
     const VOXEL *v;
 #endif
     for (int i = 0; i < 3; i++) {
-        const int32_t cell =
-            vr_iso_block_cell(r, block, i, t, axis, vr_iso_macro_first(block, i, 0), block->end[i]);
-        macro[i] = cell < block->first[i] ? 0 : (cell - block->first[i]) >> block->macro_shift;
+        at[i] = vr_iso_block_cell(r, block, i, t, axis, vr_iso_macro_first(block, i, 0), block->end[i]);
+        macro[i] = at[i] < block->first[i] ? 0 : (at[i] - block->first[i]) >> block->macro_shift;
         macro_index += macro[i] << (uint32_t)i * block->macro_row;
         step[i] = r->up[i] ? 1 : -1;
         macro_move[i] = step[i] * (1 << (uint32_t)i * block->macro_row);
         stride[i] = (double)step[i];
+        macro_stride[i] = (double)(step[i] * (INT32_C(1) << block->macro_shift));
+        low[i] = block->edge_low[i] && !r->up[i];
         from[i] = r->from[i];
         pace[i] = r->pace[i];
     }
@@ -92,19 +94,34 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
     (atomic_load_explicit(&bits[macro_index >> 6], memory_order_relaxed) >> (macro_index & 63) & 1)
     for (;;) {
         if (!ACTIVE()) {
-            for (int i = 0; i < 3; i++)
-                next[i] = vr_iso_macro_exit(r, block, i, macro[i]);
+            for (int i = 0; i < 3; i++) {
+                plane[i] = (double)(block->lo[i] + (r->up[i] ? vr_iso_macro_end(block, i, macro[i])
+                                                             : vr_iso_macro_first(block, i, macro[i])));
+                next[i] = (plane[i] - from[i]) * pace[i];
+            }
+/* The low edge's half cell is part of the first macrocell; at the high edge the ray ends before the planes. */
+#define LEAP(i)                                                                                              \
+    t = next[i];                                                                                             \
+    axis = i;                                                                                                \
+    CROSS(i)                                                                                                 \
+    plane[i] += macro_stride[i] - (double)(low[i] & (macro[i] == 0));                                        \
+    next[i] = (plane[i] - from[i]) * pace[i];
             do {
-                axis = vr_iso_first(next);
-                t = next[axis];
-                CROSS(axis)
-                next[axis] = vr_iso_macro_exit(r, block, axis, macro[axis]);
+                if (next[0] <= next[1] && next[0] <= next[2]) {
+                    LEAP(0)
+                } else if (next[1] <= next[2]) {
+                    LEAP(1)
+                } else {
+                    LEAP(2)
+                }
             } while (!ACTIVE());
+            for (int i = 0; i < 3; i++)
+                at[i] = vr_iso_block_cell(r, block, i, t, axis, vr_iso_macro_first(block, i, macro[i]),
+                                          vr_iso_macro_end(block, i, macro[i]));
         }
         for (int i = 0; i < 3; i++) {
             const int32_t first = vr_iso_macro_first(block, i, macro[i]),
                           end = vr_iso_macro_end(block, i, macro[i]);
-            at[i] = vr_iso_block_cell(r, block, i, t, axis, first, end);
             left[i] = r->up[i] ? end - at[i] : at[i] - first + 1;
             plane[i] = (double)(block->lo[i] + at[i] + r->up[i]);
             next[i] = (plane[i] - from[i]) * pace[i];
@@ -169,6 +186,7 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
         if (!(t < leave))
             return 0;
     }
+#undef LEAP
 #undef CROSS
 #undef ACTIVE
 #undef MOVE

@@ -112,30 +112,43 @@ static const atomic_uint_least64_t flat_bits = 1;
 
 int vr_iso_trace(struct vr_iso_walk *walks, size_t n, struct vr_iso_pin *pin, struct brick_error *err)
 {
-    int code = BRICK_OK;
-    for (;;) {
-        const struct vr_iso_walk *nearest = NULL;
-        for (size_t i = 0; i < n; i++)
-            if (!walks[i].done && (!nearest || walks[i].t < nearest->t))
-                nearest = &walks[i];
-        if (!nearest)
-            return BRICK_OK;
-        const struct vr_iso_frame *frame = nearest->frame;
+    struct vr_iso_walk *walk[VR_ISO_RAYS]; /* under way */
+    double t[VR_ISO_RAYS];
+    size_t waiting = 0;
+    for (size_t i = 0; i < n; i++)
+        if (!walks[i].done) {
+            t[waiting] = walks[i].t;
+            walk[waiting++] = &walks[i];
+        }
+    while (waiting) {
+        size_t nearest = 0, left = 0;
+        for (size_t i = 1; i < waiting; i++)
+            nearest = t[i] < t[nearest] ? i : nearest;
+        const struct vr_iso_frame *frame = walk[nearest]->frame;
         const struct vr_iso_block *block = frame->flat;
         const atomic_uint_least64_t *bits = &flat_bits;
-        int64_t index = nearest->index;
+        const int64_t index = walk[nearest]->index;
         if (!block) {
-            code = vr_iso_pin_get(pin, frame->level->first_brick + (uint64_t)index, &block, err);
+            int code = vr_iso_pin_get(pin, frame->level->first_brick + (uint64_t)index, &block, err);
             if (code)
                 return code;
             bits = vr_iso_map_look(frame->map, frame, (uint64_t)index, block);
         }
-        for (size_t i = 0; i < n && !code; i++)
-            if (!walks[i].done && walks[i].index == index)
-                code = go_through(&walks[i], block, bits, err);
-        if (code)
-            return code;
+        for (size_t i = 0; i < waiting; i++) {
+            struct vr_iso_walk *w = walk[i];
+            if (w->index == index) {
+                int code = go_through(w, block, bits, err);
+                if (code)
+                    return code;
+            }
+            if (!w->done) {
+                t[left] = w->t;
+                walk[left++] = w;
+            }
+        }
+        waiting = left;
     }
+    return BRICK_OK;
 }
 
 void vr_iso_walk_finish(struct vr_iso_walk *walk)

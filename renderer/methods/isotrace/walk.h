@@ -117,8 +117,9 @@ struct vr_iso_walk {
 void vr_iso_start(struct vr_iso_walk *walk, const struct brick_ray *ray, double enter_mm, double leave_mm);
 
 struct vr_iso_pin;
-/* Follow n started rays to their ends, brick by brick, the nearest brick first: a brick is pinned for all the
- * rays that wait for it. */
+enum { VR_ISO_RAYS = 128 };
+/* Follow n started rays, VR_ISO_RAYS at most, to their ends, brick by brick, the nearest brick first: a brick is
+ * pinned for all the rays that wait for it. */
 int vr_iso_trace(struct vr_iso_walk *walks, size_t n, struct vr_iso_pin *pin, struct brick_error *err);
 void vr_iso_walk_finish(struct vr_iso_walk *walk);
 
@@ -189,15 +190,6 @@ static inline int32_t vr_iso_macro_end(const struct vr_iso_block *block, int axi
 {
     return macro + 1 == block->macros[axis] ? block->end[axis]
                                             : block->first[axis] + ((macro + 1) << block->macro_shift);
-}
-
-/* Where the ray leaves a macrocell on an axis. At the volume's edge that is beyond the ray's end. */
-static inline double vr_iso_macro_exit(const struct vr_iso_ray *ray, const struct vr_iso_block *block,
-                                       int axis, int32_t macro)
-{
-    return vr_iso_meets(ray, axis,
-                        block->lo[axis] + (ray->up[axis] ? vr_iso_macro_end(block, axis, macro)
-                                                         : vr_iso_macro_first(block, axis, macro)));
 }
 
 #endif
