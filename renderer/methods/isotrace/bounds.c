@@ -1,12 +1,15 @@
 /* Boxes before a camera. Invariants: a box is seen as the box around it along the camera's axes, widened by more
  * than double and float round, so that no ray meets a surface outside of its reach, nor starts or ends in a cell
- * that has one: bounds change no bit. What a brick costs here is bounded by its size in the picture: where its
- * macrocells are smaller than blocks, the brick is one box. */
+ * that has one: bounds change no bit. What a brick costs here is bounded by its size in the picture: parts that are
+ * small there are taken together. */
 #include "bounds.h"
 
 #include <stdlib.h>
 
 #include <brick/checked.h>
+
+/* No box needs to be smaller in the picture than this. */
+#define PIXELS_MIN 3.0
 
 static double dot(const double a[3], const double b[3])
 {
@@ -182,31 +185,46 @@ static void box_of(const uint64_t at[3], uint32_t size, double lo[3], double hi[
     }
 }
 
+/* Is any of a brick's n x n x n parts from p on active? A row of them lies in one word. */
+static bool any_active(const atomic_uint_least64_t *bits, const uint32_t p[3], uint32_t n, uint32_t across)
+{
+    const uint64_t row = n < 64 ? (UINT64_C(1) << n) - 1 : UINT64_MAX;
+    for (uint32_t z = p[2]; z < p[2] + n; z++)
+        for (uint32_t y = p[1]; y < p[1] + n; y++) {
+            const uint32_t i = (z * across + y) * across + p[0];
+            if (atomic_load_explicit(&bits[i / 64], memory_order_relaxed) >> i % 64 & row)
+                return true;
+        }
+    return false;
+}
+
 static void add_brick(const struct vr_iso_bounds *b, const uint64_t at[3], uint64_t index,
                       struct vr_iso_reach *picture)
 {
     const struct vr_iso_map *map = b->frame->map;
-    const struct brick_grid *grid = b->frame->grid;
-    const uint32_t across = grid->edge / grid->macrocell;
+    const uint32_t edge = b->frame->grid->edge, across = edge / VR_ISO_PART;
     double lo[3], hi[3];
     struct seen s;
-    box_of(at, grid->edge, lo, hi);
+    box_of(at, edge, lo, hi);
     if (!see(b, lo, hi, &s))
         return;
-    if (vr_iso_map_state(map, index) != VR_ISO_KNOWN || s.to[0] - s.from[0] < 2 * VR_ISO_BLOCK) {
+    if (vr_iso_map_state(map, index) != VR_ISO_KNOWN) {
         cover(b, &s, picture);
         return;
     }
-    const atomic_uint_least64_t *bits = vr_iso_map_bits(map, index);
-    for (size_t w = 0; w < map->words; w++)
-        for (uint64_t word = bits[w], i = 64 * w; word; word >>= 1, i++)
-            if (word & 1) {
-                const uint64_t macrocell[3] = {at[0] * across + i % across, at[1] * across + i / across % across,
-                                               at[2] * across + i / across / across};
-                box_of(macrocell, grid->macrocell, lo, hi);
-                if (see(b, lo, hi, &s))
-                    cover(b, &s, picture);
-            }
+    uint32_t n = 1, p[3];
+    while (n < across && (s.to[0] - s.from[0]) * n < PIXELS_MIN * across)
+        n *= 2;
+    for (p[2] = 0; p[2] < across; p[2] += n)
+        for (p[1] = 0; p[1] < across; p[1] += n)
+            for (p[0] = 0; p[0] < across; p[0] += n)
+                if (any_active(vr_iso_map_bits(map, index), p, n, across)) {
+                    const uint64_t part[3] = {(at[0] * across + p[0]) / n, (at[1] * across + p[1]) / n,
+                                              (at[2] * across + p[2]) / n};
+                    box_of(part, n * VR_ISO_PART, lo, hi);
+                    if (see(b, lo, hi, &s))
+                        cover(b, &s, picture);
+                }
 }
 
 int vr_iso_bounds_add(struct vr_iso_bounds *b, unsigned thread, uint64_t first, uint64_t end,

@@ -36,26 +36,54 @@ static inline bool NAME(candidate)(const struct vr_iso_frame *frame, const VOXEL
     return false;
 }
 
-static uint64_t NAME(macrocells)(const struct vr_iso_frame *frame, const struct vr_iso_block *block,
-                                 size_t word)
+/* Are corners of the cells [at, at + 4) on both sides of a surface? */
+static bool NAME(part_mixed)(const struct vr_iso_frame *frame, const struct vr_iso_block *block,
+                             const int32_t at[3])
+{
+    const VOXEL *voxels = block->voxels;
+    int32_t n[3];
+    for (int i = 0; i < 3; i++)
+        n[i] = (block->end[i] - at[i] < VR_ISO_PART ? block->end[i] - at[i] : VR_ISO_PART) + 1;
+    for (uint32_t k = 0; k < frame->surfaces; k++) {
+        const SPLIT_TYPE split = frame->surface[k].SPLIT;
+        int32_t above = 0;
+        for (int32_t z = 0; z < n[2]; z++)
+            for (int32_t y = 0; y < n[1]; y++)
+                for (int32_t x = 0; x < n[0]; x++)
+                    above += (SPLIT_TYPE)voxels[AT(at[0] + x, at[1] + y, at[2] + z)] >= split;
+        if (above && above < n[0] * n[1] * n[2])
+            return true;
+    }
+    return false;
+}
+
+static uint64_t NAME(parts)(const struct vr_iso_frame *frame, const struct vr_iso_block *block, size_t word)
 {
     const VOXEL *ranges = block->ranges;
     const int32_t *macros = block->macros;
-    const uint32_t row = block->macro_row;
+    const uint32_t row = block->part_row, per_macro = block->macro_shift - block->part_shift;
     uint64_t bits = 0;
     for (uint32_t bit = 0; bit < 64 && (word * 64 + bit) >> (3 * row) == 0; bit++) {
         const uint32_t i = (uint32_t)word * 64 + bit;
-        const int32_t x = (int32_t)(i & ((1u << row) - 1)), y = (int32_t)(i >> row & ((1u << row) - 1)),
-                      z = (int32_t)(i >> (2 * row));
-        if (x < macros[0] && y < macros[1] && z < macros[2]) {
-            const VOXEL *range = ranges + 2 * ((z * macros[1] + y) * macros[0] + x);
-            bits |= (uint64_t)(!frame->skip || NAME(mixed)(frame, range[0], range[1])) << bit;
+        int32_t p[3], at[3];
+        bool inside = true;
+        for (int a = 0; a < 3; a++) {
+            p[a] = (int32_t)(i >> (uint32_t)a * row & ((1u << row) - 1));
+            at[a] = block->first[a] + p[a] * VR_ISO_PART;
+            inside &= p[a] < block->parts[a];
         }
+        if (!inside)
+            continue;
+        const VOXEL *range =
+            ranges +
+            2 * (((p[2] >> per_macro) * macros[1] + (p[1] >> per_macro)) * macros[0] + (p[0] >> per_macro));
+        if (!frame->skip || (NAME(mixed)(frame, range[0], range[1]) && NAME(part_mixed)(frame, block, at)))
+            bits |= UINT64_C(1) << bit;
     }
     return bits;
 }
 
-/* From cell to cell while macrocells are active, from macrocell to macrocell where they are not. */
+/* From cell to cell while parts are active, from part to part where they are not. */
 static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *block,
                          const atomic_uint_least64_t *bits, double t, int axis, struct brick_error *err)
 {
@@ -63,8 +91,8 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
     const struct vr_iso_ray *r = &walk->ray;
     const VOXEL *voxels = block->voxels;
     const double slope = frame->grid->slope, intercept = frame->grid->intercept, leave = r->leave;
-    int32_t at[3], left[3], step[3], macro[3], macro_index = 0, macro_move[3];
-    double next[3], plane[3], pace[3], from[3], stride[3], macro_stride[3];
+    int32_t at[3], left[3], step[3], part[3], part_index = 0, part_move[3];
+    double next[3], plane[3], pace[3], from[3], stride[3], part_stride[3];
     bool low[3];
 #ifndef TILED
     const size_t row = block->row, slice = block->slice;
@@ -73,38 +101,38 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
     const VOXEL *v;
 #endif
     for (int i = 0; i < 3; i++) {
-        at[i] = vr_iso_block_cell(r, block, i, t, axis, vr_iso_macro_first(block, i, 0), block->end[i]);
-        macro[i] = at[i] < block->first[i] ? 0 : (at[i] - block->first[i]) >> block->macro_shift;
-        macro_index += macro[i] << (uint32_t)i * block->macro_row;
+        at[i] = vr_iso_block_cell(r, block, i, t, axis, vr_iso_part_first(block, i, 0), block->end[i]);
+        part[i] = at[i] < block->first[i] ? 0 : (at[i] - block->first[i]) >> block->part_shift;
+        part_index += part[i] << (uint32_t)i * block->part_row;
         step[i] = r->up[i] ? 1 : -1;
-        macro_move[i] = step[i] * (1 << (uint32_t)i * block->macro_row);
+        part_move[i] = step[i] * (1 << (uint32_t)i * block->part_row);
         stride[i] = (double)step[i];
-        macro_stride[i] = (double)(step[i] * (INT32_C(1) << block->macro_shift));
+        part_stride[i] = (double)(step[i] * (INT32_C(1) << block->part_shift));
         low[i] = block->edge_low[i] && !r->up[i];
         from[i] = r->from[i];
         pace[i] = r->pace[i];
     }
-/* Into the next macrocell, if there is one before the ray's end. */
+/* Into the next part, if there is one before the ray's end. */
 #define CROSS(i)                                                                                             \
-    macro[i] += step[i];                                                                                     \
-    if (!(t < leave) || (uint32_t)macro[i] >= (uint32_t)block->macros[i])                                    \
+    part[i] += step[i];                                                                                     \
+    if (!(t < leave) || (uint32_t)part[i] >= (uint32_t)block->parts[i])                                    \
         return 0;                                                                                            \
-    macro_index += macro_move[i];
+    part_index += part_move[i];
 #define ACTIVE()                                                                                             \
-    (atomic_load_explicit(&bits[macro_index >> 6], memory_order_relaxed) >> (macro_index & 63) & 1)
+    (atomic_load_explicit(&bits[part_index >> 6], memory_order_relaxed) >> (part_index & 63) & 1)
     for (;;) {
         if (!ACTIVE()) {
             for (int i = 0; i < 3; i++) {
-                plane[i] = (double)(block->lo[i] + (r->up[i] ? vr_iso_macro_end(block, i, macro[i])
-                                                             : vr_iso_macro_first(block, i, macro[i])));
+                plane[i] = (double)(block->lo[i] + (r->up[i] ? vr_iso_part_end(block, i, part[i])
+                                                             : vr_iso_part_first(block, i, part[i])));
                 next[i] = (plane[i] - from[i]) * pace[i];
             }
-/* The low edge's half cell is part of the first macrocell; at the high edge the ray ends before the planes. */
+/* The low edge's half cell is part of the first part; at the high edge the ray ends before the planes. */
 #define LEAP(i)                                                                                              \
     t = next[i];                                                                                             \
     axis = i;                                                                                                \
     CROSS(i)                                                                                                 \
-    plane[i] += macro_stride[i] - (double)(low[i] & (macro[i] == 0));                                        \
+    plane[i] += part_stride[i] - (double)(low[i] & (part[i] == 0));                                        \
     next[i] = (plane[i] - from[i]) * pace[i];
             do {
                 if (next[0] <= next[1] && next[0] <= next[2]) {
@@ -116,12 +144,12 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
                 }
             } while (!ACTIVE());
             for (int i = 0; i < 3; i++)
-                at[i] = vr_iso_block_cell(r, block, i, t, axis, vr_iso_macro_first(block, i, macro[i]),
-                                          vr_iso_macro_end(block, i, macro[i]));
+                at[i] = vr_iso_block_cell(r, block, i, t, axis, vr_iso_part_first(block, i, part[i]),
+                                          vr_iso_part_end(block, i, part[i]));
         }
         for (int i = 0; i < 3; i++) {
-            const int32_t first = vr_iso_macro_first(block, i, macro[i]),
-                          end = vr_iso_macro_end(block, i, macro[i]);
+            const int32_t first = vr_iso_part_first(block, i, part[i]),
+                          end = vr_iso_part_end(block, i, part[i]);
             left[i] = r->up[i] ? end - at[i] : at[i] - first + 1;
             plane[i] = (double)(block->lo[i] + at[i] + r->up[i]);
             next[i] = (plane[i] - from[i]) * pace[i];
@@ -172,7 +200,7 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
         CROSS(i)                                                                                             \
         if (!ACTIVE())                                                                                       \
             break;                                                                                           \
-        left[i] = vr_iso_macro_end(block, i, macro[i]) - vr_iso_macro_first(block, i, macro[i]);             \
+        left[i] = vr_iso_part_end(block, i, part[i]) - vr_iso_part_first(block, i, part[i]);             \
     }
             /* Three branches rather than an index: the numbers stay in registers. */
             if (next[0] <= next[1] && next[0] <= next[2]) {

@@ -96,18 +96,18 @@ const struct vr_iso_kernel *vr_iso_kernel_of(enum brick_type type, bool tiled)
 {
     static const struct vr_iso_kernel kernels[2][BRICK_TYPE_STORED_COUNT] = {
         {
-            [BRICK_U8] = {through_u8, macrocells_u8, gradient_u8},
-            [BRICK_I8] = {through_i8, macrocells_i8, gradient_i8},
-            [BRICK_U16] = {through_u16, macrocells_u16, gradient_u16},
-            [BRICK_I16] = {through_i16, macrocells_i16, gradient_i16},
-            [BRICK_F32] = {through_f32, macrocells_f32, gradient_f32},
+            [BRICK_U8] = {through_u8, parts_u8, gradient_u8},
+            [BRICK_I8] = {through_i8, parts_i8, gradient_i8},
+            [BRICK_U16] = {through_u16, parts_u16, gradient_u16},
+            [BRICK_I16] = {through_i16, parts_i16, gradient_i16},
+            [BRICK_F32] = {through_f32, parts_f32, gradient_f32},
         },
         {
-            [BRICK_U8] = {through_u8_tiled, macrocells_u8_tiled, gradient_u8_tiled},
-            [BRICK_I8] = {through_i8_tiled, macrocells_i8_tiled, gradient_i8_tiled},
-            [BRICK_U16] = {through_u16_tiled, macrocells_u16_tiled, gradient_u16_tiled},
-            [BRICK_I16] = {through_i16_tiled, macrocells_i16_tiled, gradient_i16_tiled},
-            [BRICK_F32] = {through_f32_tiled, macrocells_f32_tiled, gradient_f32_tiled},
+            [BRICK_U8] = {through_u8_tiled, parts_u8_tiled, gradient_u8_tiled},
+            [BRICK_I8] = {through_i8_tiled, parts_i8_tiled, gradient_i8_tiled},
+            [BRICK_U16] = {through_u16_tiled, parts_u16_tiled, gradient_u16_tiled},
+            [BRICK_I16] = {through_i16_tiled, parts_i16_tiled, gradient_i16_tiled},
+            [BRICK_F32] = {through_f32_tiled, parts_f32_tiled, gradient_f32_tiled},
         },
     };
     return &kernels[tiled][type];

@@ -1,4 +1,4 @@
-/* Bits of macrocells. Invariant: a brick's bits are written before its state says so; two threads that look at
+/* Bits of parts. Invariant: a brick's bits are written before its state says so; two threads that look at
  * the same brick write the same bits. What is known only ever spares work: no picture depends on it. */
 #include "map.h"
 
@@ -27,7 +27,7 @@ static bool is_for(const struct vr_iso_map *map, const struct vr_iso_frame *fram
 static int take_memory(struct vr_iso_map *map, const struct vr_iso_frame *frame, struct brick_error *err)
 {
     const struct brick_level *level = frame->level;
-    const uint64_t across = frame->grid->edge / frame->grid->macrocell,
+    const uint64_t across = frame->grid->edge / VR_ISO_PART,
                    words = (across * across * across + 63) / 64;
     uint64_t bytes;
     if (map->level == level)
@@ -80,7 +80,7 @@ const atomic_uint_least64_t *vr_iso_map_look(const struct vr_iso_map *map, const
     if (vr_iso_map_state(map, brick) != VR_ISO_ACTIVE)
         return bits;
     for (size_t w = 0; w < map->words; w++) {
-        uint64_t word = frame->kernel->macrocells(frame, block, w);
+        uint64_t word = frame->kernel->parts(frame, block, w);
         atomic_store_explicit(&bits[w], word, memory_order_relaxed);
         all |= word;
     }

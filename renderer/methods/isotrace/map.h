@@ -1,6 +1,6 @@
-/* Where a surface may pass: in which bricks of a level, by the index, and in which of their macrocells, known of
+/* Where a surface may pass: in which bricks of a level, by the index, and in which of their parts, known of
  * every brick that has been in memory. Kept from frame to frame for as long as level and surfaces stay. One bit
- * a macrocell and one byte a brick; threads share it. */
+ * a part and one byte a brick; threads share it. */
 #ifndef RENDERER_ISOTRACE_MAP_H
 #define RENDERER_ISOTRACE_MAP_H
 
@@ -18,7 +18,7 @@ struct vr_iso_map {
     uint64_t bricks, active; /* of the level; by the index alone, so the same whatever has been in memory */
     size_t words;            /* of 64 bits a brick */
     atomic_uchar *state;     /* enum vr_iso_state, one a brick */
-    atomic_uint_least64_t *bits; /* x fastest, as many on each axis as a whole brick has macrocells */
+    atomic_uint_least64_t *bits; /* x fastest, as many on each axis as a whole brick has parts */
     bool ready;
     const struct brick_level *level; /* what it was made for: */
     bool skip;

@@ -107,7 +107,7 @@ static int go_through(struct vr_iso_walk *w, const struct vr_iso_block *block,
     return BRICK_OK;
 }
 
-/* A level as one block is one macrocell. */
+/* A level as one block is one part. */
 static const atomic_uint_least64_t flat_bits = 1;
 
 int vr_iso_trace(struct vr_iso_walk *walks, size_t n, struct vr_iso_pin *pin, struct brick_error *err)

@@ -19,6 +19,9 @@ struct vr_iso_level {
     int32_t split_int;
 };
 
+/* A brick's parts are VR_ISO_PART^3 cells. */
+enum { VR_ISO_PART = 4, VR_ISO_PART_SHIFT = 2 };
+
 /* A block of voxels that holds everything a sample of its cells needs: a stored brick, or a whole level.
  * Plane and cell coordinates are the level's, as offsets from lo. */
 struct vr_iso_block {
@@ -29,8 +32,10 @@ struct vr_iso_block {
     int32_t end[3];
     bool edge_low[3],
         edge_high[3]; /* the volume ends there: no ray leaves, and the half cell is the block's too */
-    uint32_t macro_shift, macro_row; /* log2 of a macrocell's edge, and of how many a whole brick has on an axis */
+    uint32_t macro_shift; /* log2 of a macrocell's edge */
     int32_t macros[3];
+    uint32_t part_shift, part_row; /* log2 of a part's edge, and of how many a whole brick has on an axis */
+    int32_t parts[3];
     size_t row, slice;        /* strides in voxels */
     const uint32_t *table[3]; /* tiled: where a coordinate's voxels are, to be added up */
 };
@@ -54,20 +59,19 @@ enum vr_iso_phase { VR_ISO_TRAVERSAL, VR_ISO_INTERSECTION, VR_ISO_SHADING };
 
 struct vr_iso_walk;
 struct vr_iso_frame;
-/* Go through a block that the ray enters at t through a plane of `axis` (-1: starts inside), in the macrocells
+/* Go through a block that the ray enters at t through a plane of `axis` (-1: starts inside), in the parts
  * whose bits are set. 0: left it; 1: the ray has ended; or a negative enum brick_result. */
 typedef int vr_iso_through(struct vr_iso_walk *walk, const struct vr_iso_block *block,
                            const atomic_uint_least64_t *bits, double t, int axis, struct brick_error *err);
-/* A word of a block's bits: through which of its macrocells a surface passes, by their ranges, or all
- * of them without skipping. */
-typedef uint64_t vr_iso_macrocells(const struct vr_iso_frame *frame, const struct vr_iso_block *block,
-                                   size_t word);
+/* A word of a block's bits: through which of its parts a surface passes, by the ranges of macrocells and, in those,
+ * by the voxels; or all of them, without skipping. */
+typedef uint64_t vr_iso_parts(const struct vr_iso_frame *frame, const struct vr_iso_block *block, size_t word);
 typedef void vr_iso_gradient(const struct vr_iso_block *block, const int32_t at[3], const double f[3],
                              double gradient[3]);
 
 struct vr_iso_kernel {
     vr_iso_through *through;
-    vr_iso_macrocells *macrocells;
+    vr_iso_parts *parts;
     vr_iso_gradient *gradient;
 };
 /* Of a stored type; tiled: for blocks with tables. */
@@ -180,16 +184,16 @@ static inline int32_t vr_iso_block_cell(const struct vr_iso_ray *ray, const stru
     return cell < first ? first : cell >= end ? end - 1 : (int32_t)cell;
 }
 
-/* A macrocell's cells on an axis: [first, end). At the volume's edge the half cell is one of them. */
-static inline int32_t vr_iso_macro_first(const struct vr_iso_block *block, int axis, int32_t macro)
+/* A part's cells on an axis: [first, end). At the volume's edge the half cell is one of them. */
+static inline int32_t vr_iso_part_first(const struct vr_iso_block *block, int axis, int32_t part)
 {
-    return block->first[axis] + (macro ? macro << block->macro_shift : -(int32_t)block->edge_low[axis]);
+    return block->first[axis] + (part ? part << block->part_shift : -(int32_t)block->edge_low[axis]);
 }
 
-static inline int32_t vr_iso_macro_end(const struct vr_iso_block *block, int axis, int32_t macro)
+static inline int32_t vr_iso_part_end(const struct vr_iso_block *block, int axis, int32_t part)
 {
-    return macro + 1 == block->macros[axis] ? block->end[axis]
-                                            : block->first[axis] + ((macro + 1) << block->macro_shift);
+    return part + 1 == block->parts[axis] ? block->end[axis]
+                                            : block->first[axis] + ((part + 1) << block->part_shift);
 }
 
 #endif
