@@ -1,4 +1,4 @@
-/* Where on their rays the pixels of a picture can meet a surface, for each block of 4 x 4 pixels: from the boxes
+/* Where on their rays the pixels of a picture can meet a surface, for each block of 2 x 2 pixels: from the boxes
  * of what is active, seen by the camera. Rays elsewhere need not start, and the others start and end there. */
 #ifndef RENDERER_ISOTRACE_BOUNDS_H
 #define RENDERER_ISOTRACE_BOUNDS_H
@@ -7,7 +7,7 @@
 
 #include "map.h"
 
-enum { VR_ISO_BLOCK = 4 };
+enum { VR_ISO_BLOCK = 2 };
 
 /* An interval of t, in mm; empty when far < near. */
 struct vr_iso_reach {

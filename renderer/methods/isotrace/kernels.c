@@ -18,6 +18,12 @@ static inline double central(const double *c, int axis, int u, int v, double fa,
     return isfinite(g) ? g : 0.0;
 }
 
+#ifdef __GNUC__
+#define FETCH(p) __builtin_prefetch(p)
+#else
+#define FETCH(p)
+#endif
+
 #define ALWAYS(x) ((void)(x), true)
 
 #define VOXEL      uint8_t
