@@ -1,6 +1,6 @@
 /* Isosurfaces by ray tracing: from a scene to a picture (Parker et al. 1998).
  *
- * Tiles of 32 x 4 pixels wait in a queue; each thread takes as many as are left divided by twice the threads,
+ * Tiles of 16 x 8 pixels wait in a queue; each thread takes as many as are left divided by twice the threads,
  * so that grants are large at first and single tiles at the end (section 2.2). A pixel depends on nothing but
  * its own ray: neither threads nor cache change a bit. */
 #include <renderer/renderer.h>
@@ -22,7 +22,7 @@
 #include "shade.h"
 #include "split.h"
 
-enum { TILE_WIDTH = 32, TILE_HEIGHT = 4, TILE_PIXELS = TILE_WIDTH * TILE_HEIGHT };
+enum { TILE_WIDTH = 16, TILE_HEIGHT = 8, TILE_PIXELS = TILE_WIDTH * TILE_HEIGHT };
 _Static_assert((int)TILE_PIXELS <= (int)VR_ISO_RAYS, "a tile is traced in one go");
 
 const struct vr_isotracer_params vr_isotracer_defaults = {.host_cache_bytes = UINT64_C(1) << 30};

@@ -36,6 +36,8 @@ static int take_memory(struct vr_iso_map *map, const struct vr_iso_frame *frame,
     if (brick_mul3_u64(level->bricks[0], level->bricks[1], level->bricks[2], &map->bricks) &&
         brick_mul3_u64(map->bricks, words, sizeof *map->bits, &bytes) && bytes <= SIZE_MAX) {
         map->words = (size_t)words;
+        while (1u << map->edge_shift < frame->grid->edge)
+            map->edge_shift++;
         map->state = calloc((size_t)map->bricks, sizeof *map->state);
         map->bits = calloc((size_t)(map->bricks * words), sizeof *map->bits);
     }

@@ -16,6 +16,7 @@ enum vr_iso_state {
 
 struct vr_iso_map {
     uint64_t bricks, active; /* of the level; by the index alone, so the same whatever has been in memory */
+    uint32_t edge_shift;     /* log2 of a brick's edge */
     size_t words;            /* of 64 bits a brick */
     atomic_uchar *state;     /* enum vr_iso_state, one a brick */
     atomic_uint_least64_t *bits; /* x fastest, as many on each axis as a whole brick has parts */

@@ -84,7 +84,7 @@ void vr_iso_start(struct vr_iso_walk *w, const struct brick_ray *ray, double ent
         return;
     for (int i = 2; i >= 0; i--) {
         int64_t cell = vr_iso_cell_on(&w->ray, i, w->t, -1);
-        w->at[i] = cell < 0 ? 0 : cell / (int64_t)frame->grid->edge;
+        w->at[i] = cell < 0 ? 0 : cell >> frame->map->edge_shift;
         if (w->at[i] >= (int64_t)level->bricks[i])
             w->at[i] = (int64_t)level->bricks[i] - 1;
         w->next[i] = leaves(frame, &w->ray, i, w->at[i]);
