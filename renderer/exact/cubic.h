@@ -10,8 +10,9 @@ struct vr_cubic {
     double c[4];
 };
 
-/* From a at 0 to b at 1, both exactly, and in between never outside of them: rounding is monotone, and from the
- * nearer end, chosen without a branch (which it is nobody can predict), it is no more than half the way. */
+/* From a at 0 to b at 1, both exactly, and in between never outside of them: rounding is monotone, and from
+ * the nearer end, chosen without a branch (which it is nobody can predict), it is no more than half the way.
+ */
 static inline double vr_cubic_lerp(double a, double b, double x)
 {
     const double end = x > 0.5 ? b : a, from = x > 0.5 ? x - 1.0 : x;

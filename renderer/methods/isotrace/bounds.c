@@ -1,7 +1,7 @@
-/* Boxes before a camera. Invariants: a box is seen as the box around it along the camera's axes, widened by more
- * than double and float round, so that no ray meets a surface outside of its reach, nor starts or ends in a cell
- * that has one: bounds change no bit. What a brick costs here is bounded by its size in the picture: parts that are
- * small there are taken together. */
+/* Boxes before a camera. Invariants: a box is seen as the box around it along the camera's axes, widened by
+ * more than double and float round, so that no ray meets a surface outside of its reach, nor starts or ends
+ * in a cell that has one: bounds change no bit. What a brick costs here is bounded by its size in the
+ * picture: parts that are small there are taken together. */
 #include "bounds.h"
 
 #include <stdlib.h>
@@ -33,7 +33,8 @@ static void set_camera(struct vr_iso_bounds *b, const struct brick_view *view)
         to_mm(view, view->dir_u, axis[0]);
     to_mm(view, b->parallel ? view->origin_v : view->dir_v, axis[1]);
     for (int i = 0; i < 3; i++)
-        axis[2][i] = axis[0][(i + 1) % 3] * axis[1][(i + 2) % 3] - axis[0][(i + 2) % 3] * axis[1][(i + 1) % 3];
+        axis[2][i] =
+            axis[0][(i + 1) % 3] * axis[1][(i + 2) % 3] - axis[0][(i + 2) % 3] * axis[1][(i + 1) % 3];
     to_mm(view, view->dir, centre);
     for (int k = 0; k < 3; k++) {
         length[k] = sqrt(dot(axis[k], axis[k]));
@@ -52,7 +53,8 @@ static void set_camera(struct vr_iso_bounds *b, const struct brick_view *view)
             b->to_eye[k][3] += mm * (level->offset[i] - view->origin[i]);
         }
     }
-    for (int k = 0; k < 2; k++) { /* perspective: ray = dir + u dir_u + v dir_v, whose ratio to forward it is */
+    for (int k = 0; k < 2;
+         k++) { /* perspective: ray = dir + u dir_u + v dir_v, whose ratio to forward it is */
         b->scale[k] = (b->parallel ? 1.0 : dot(axis[2], centre)) / length[k];
         b->shift[k] = b->parallel ? 0.0 : -dot(axis[k], centre) / length[k];
     }
@@ -62,8 +64,8 @@ int vr_iso_bounds_begin(struct vr_iso_bounds *b, const struct vr_iso_frame *fram
                         const struct brick_view *view, uint32_t width, uint32_t height, unsigned threads,
                         struct brick_error *err)
 {
-    const size_t blocks = (size_t)((width + VR_ISO_BLOCK - 1) / VR_ISO_BLOCK) *
-                          ((height + VR_ISO_BLOCK - 1) / VR_ISO_BLOCK);
+    const size_t blocks =
+        (size_t)((width + VR_ISO_BLOCK - 1) / VR_ISO_BLOCK) * ((height + VR_ISO_BLOCK - 1) / VR_ISO_BLOCK);
     if (blocks > b->room || threads != b->threads) {
         vr_iso_bounds_finish(b);
         b->reach = calloc(threads, sizeof *b->reach);

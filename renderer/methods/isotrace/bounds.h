@@ -1,5 +1,6 @@
-/* Where on their rays the pixels of a picture can meet a surface, for each block of 2 x 2 pixels: from the boxes
- * of what is active, seen by the camera. Rays elsewhere need not start, and the others start and end there. */
+/* Where on their rays the pixels of a picture can meet a surface, for each block of 2 x 2 pixels: from the
+ * boxes of what is active, seen by the camera. Rays elsewhere need not start, and the others start and end
+ * there. */
 #ifndef RENDERER_ISOTRACE_BOUNDS_H
 #define RENDERER_ISOTRACE_BOUNDS_H
 
@@ -16,7 +17,8 @@ struct vr_iso_reach {
 
 struct vr_iso_bounds {
     const struct vr_iso_frame *frame;
-    /* Voxels of the level in mm from the eye (parallel: from the first pixel's origin): right, up, forward. */
+    /* Voxels of the level in mm from the eye (parallel: from the first pixel's origin): right, up, forward.
+     */
     double to_eye[3][4];
     double scale[2], shift[2]; /* to columns and rows, of what is right and up, or of its ratio to forward */
     bool parallel;

@@ -89,13 +89,9 @@ int vr_iso_cell(struct vr_iso_walk *walk, const struct vr_iso_block *block, cons
     vr_iso_now(walk->activity, VR_ISO_INTERSECTION);
     for (int i = 0; i < 3; i++) {
         double base = r->origin[i] - (double)(block->lo[i] + at[i]);
-        enter[i] = clamp(base + t0 * r->direction[i], 0.0, 1.0);
-        leave[i] = clamp(base + t1 * r->direction[i], 0.0, 1.0);
+        enter[i] = i == axis0 ? (double)!r->up[i] : clamp(base + t0 * r->direction[i], 0.0, 1.0);
+        leave[i] = i == axis1 ? (double)r->up[i] : clamp(base + t1 * r->direction[i], 0.0, 1.0);
     }
-    if (axis0 >= 0)
-        enter[axis0] = r->up[axis0] ? 0.0 : 1.0;
-    if (axis1 >= 0)
-        leave[axis1] = r->up[axis1] ? 1.0 : 0.0;
     struct vr_cubic f = vr_cubic_in_cell(corners, enter, leave);
     double at_enter = f.c[0]; /* on_face, where there is a face */
     double at_leave = axis1 < 0 ? vr_cubic_eval(&f, 1.0) : on_face(corners, axis1, r->up[axis1], leave);

@@ -346,7 +346,8 @@ int vr_render_isotrace(struct vr_isotracer *t, const struct vr_scene *scene,
     p.frame.map = &t->map;
     code = vr_iso_map_make(&t->map, t->volume, &p.frame, err);
     if (!code)
-        code = vr_iso_bounds_begin(&t->bounds, &p.frame, &p.view, image->width, image->height, t->threads, err);
+        code =
+            vr_iso_bounds_begin(&t->bounds, &p.frame, &p.view, image->width, image->height, t->threads, err);
     if (code)
         return code;
     for (unsigned i = 0; i < t->threads; i++) {

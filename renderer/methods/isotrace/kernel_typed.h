@@ -122,12 +122,11 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
     }
 /* Into the next part, if there is one before the ray's end. */
 #define CROSS(i)                                                                                             \
-    part[i] += step[i];                                                                                     \
-    if (!(t < leave) || (uint32_t)part[i] >= (uint32_t)block->parts[i])                                    \
+    part[i] += step[i];                                                                                      \
+    if (!(t < leave) || (uint32_t)part[i] >= (uint32_t)block->parts[i])                                      \
         return 0;                                                                                            \
     part_index += part_move[i];
-#define ACTIVE()                                                                                             \
-    (atomic_load_explicit(&bits[part_index >> 6], memory_order_relaxed) >> (part_index & 63) & 1)
+#define ACTIVE() (atomic_load_explicit(&bits[part_index >> 6], memory_order_relaxed) >> (part_index & 63) & 1)
     for (;;) {
         if (!ACTIVE()) {
             for (int i = 0; i < 3; i++) {
@@ -140,7 +139,7 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
     t = next[i];                                                                                             \
     axis = i;                                                                                                \
     CROSS(i)                                                                                                 \
-    plane[i] += part_stride[i] - (double)(low[i] & (part[i] == 0));                                        \
+    plane[i] += part_stride[i] - (double)(low[i] & (part[i] == 0));                                          \
     next[i] = (plane[i] - from[i]) * pace[i];
             do {
                 if (next[0] <= next[1] && next[0] <= next[2]) {
@@ -209,7 +208,7 @@ static int NAME(through)(struct vr_iso_walk *walk, const struct vr_iso_block *bl
         CROSS(i)                                                                                             \
         if (!ACTIVE())                                                                                       \
             break;                                                                                           \
-        left[i] = vr_iso_part_end(block, i, part[i]) - vr_iso_part_first(block, i, part[i]);             \
+        left[i] = vr_iso_part_end(block, i, part[i]) - vr_iso_part_first(block, i, part[i]);                 \
     }
             /* Three branches rather than an index: the numbers stay in registers. */
             if (next[0] <= next[1] && next[0] <= next[2]) {

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stddef.h>
 
-/* Half of f(p + e) - f(p - e) for the trilinear field, e a step of `axis`, u and v those of the other two axes,
- * at fractions fa, fu, fv of the cell whose first corner is at c. 0 where a neighbour is not finite. */
+/* Half of f(p + e) - f(p - e) for the trilinear field, e a step of `axis`, u and v those of the other two
+ * axes, at fractions fa, fu, fv of the cell whose first corner is at c. 0 where a neighbour is not finite. */
 static inline double central(const double *c, int axis, int u, int v, double fa, double fu, double fv)
 {
     double d[4];

@@ -27,8 +27,7 @@ static bool is_for(const struct vr_iso_map *map, const struct vr_iso_frame *fram
 static int take_memory(struct vr_iso_map *map, const struct vr_iso_frame *frame, struct brick_error *err)
 {
     const struct brick_level *level = frame->level;
-    const uint64_t across = frame->grid->edge / VR_ISO_PART,
-                   words = (across * across * across + 63) / 64;
+    const uint64_t across = frame->grid->edge / VR_ISO_PART, words = (across * across * across + 63) / 64;
     uint64_t bytes;
     if (map->level == level)
         return BRICK_OK;

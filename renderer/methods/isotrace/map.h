@@ -1,6 +1,6 @@
 /* Where a surface may pass: in which bricks of a level, by the index, and in which of their parts, known of
- * every brick that has been in memory. Kept from frame to frame for as long as level and surfaces stay. One bit
- * a part and one byte a brick; threads share it. */
+ * every brick that has been in memory. Kept from frame to frame for as long as level and surfaces stay. One
+ * bit a part and one byte a brick; threads share it. */
 #ifndef RENDERER_ISOTRACE_MAP_H
 #define RENDERER_ISOTRACE_MAP_H
 

@@ -31,7 +31,7 @@ struct vr_iso_block {
     int32_t first[3];   /* the cells that are the block's, without the half cells outside the volume */
     int32_t end[3];
     bool edge_low[3],
-        edge_high[3]; /* the volume ends there: no ray leaves, and the half cell is the block's too */
+        edge_high[3];     /* the volume ends there: no ray leaves, and the half cell is the block's too */
     uint32_t macro_shift; /* log2 of a macrocell's edge */
     int32_t macros[3];
     uint32_t part_shift, part_row; /* log2 of a part's edge, and of how many a whole brick has on an axis */
@@ -63,9 +63,10 @@ struct vr_iso_frame;
  * whose bits are set. 0: left it; 1: the ray has ended; or a negative enum brick_result. */
 typedef int vr_iso_through(struct vr_iso_walk *walk, const struct vr_iso_block *block,
                            const atomic_uint_least64_t *bits, double t, int axis, struct brick_error *err);
-/* A word of a block's bits: through which of its parts a surface passes, by the ranges of macrocells and, in those,
- * by the voxels; or all of them, without skipping. */
-typedef uint64_t vr_iso_parts(const struct vr_iso_frame *frame, const struct vr_iso_block *block, size_t word);
+/* A word of a block's bits: through which of its parts a surface passes, by the ranges of macrocells and, in
+ * those, by the voxels; or all of them, without skipping. */
+typedef uint64_t vr_iso_parts(const struct vr_iso_frame *frame, const struct vr_iso_block *block,
+                              size_t word);
 typedef void vr_iso_gradient(const struct vr_iso_block *block, const int32_t at[3], const double f[3],
                              double gradient[3]);
 
@@ -122,8 +123,8 @@ void vr_iso_start(struct vr_iso_walk *walk, const struct brick_ray *ray, double 
 
 struct vr_iso_pin;
 enum { VR_ISO_RAYS = 128 };
-/* Follow n started rays, VR_ISO_RAYS at most, to their ends, brick by brick, the nearest brick first: a brick is
- * pinned for all the rays that wait for it. */
+/* Follow n started rays, VR_ISO_RAYS at most, to their ends, brick by brick, the nearest brick first: a brick
+ * is pinned for all the rays that wait for it. */
 int vr_iso_trace(struct vr_iso_walk *walks, size_t n, struct vr_iso_pin *pin, struct brick_error *err);
 void vr_iso_walk_finish(struct vr_iso_walk *walk);
 
@@ -193,7 +194,7 @@ static inline int32_t vr_iso_part_first(const struct vr_iso_block *block, int ax
 static inline int32_t vr_iso_part_end(const struct vr_iso_block *block, int axis, int32_t part)
 {
     return part + 1 == block->parts[axis] ? block->end[axis]
-                                            : block->first[axis] + ((part + 1) << block->part_shift);
+                                          : block->first[axis] + ((part + 1) << block->part_shift);
 }
 
 #endif
