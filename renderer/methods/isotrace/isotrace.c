@@ -19,6 +19,7 @@
 #include "layout.h"
 #include "map.h"
 #include "pins.h"
+#include "scene.h"
 #include "shade.h"
 #include "split.h"
 
@@ -53,6 +54,7 @@ struct picture {
     struct vr_iso_frame frame;
     struct vr_iso_shading shading;
     struct brick_view view;
+    struct vr_clip clip;
     struct brick_image *image;
     uint32_t tiles_x, tiles;
     atomic_uint_fast32_t next; /* tiles handed out */
@@ -133,7 +135,8 @@ static int cast_shadows(const struct picture *p, struct worker *w, size_t n, str
             struct brick_ray to_light;
             double enter, leave;
             lit[waiting] = &w->walk[i].hits[k];
-            if (!vr_iso_shadow_ray(&p->shading, &w->ray[i], lit[waiting], &to_light, &enter, &leave))
+            if (!vr_iso_shadow_ray(&p->shading, &w->ray[i], lit[waiting], &to_light, &enter, &leave) ||
+                !vr_clip_span(&p->clip, &to_light, &enter, &leave)) /* what is cut away casts no shadow */
                 continue;
             vr_iso_start(&w->shadow[waiting], &to_light, enter, leave);
             if (++waiting == TILE_PIXELS) {
@@ -163,7 +166,8 @@ static int render_tile(const struct picture *p, struct worker *w, uint32_t tile,
                 continue;
             rgba[n] = row + 4 * x;
             brick_view_ray(&p->view, x, y, &w->ray[n]);
-            if (!brick_ray_span(&w->ray[n], p->frame.grid, &enter, &leave))
+            if (!brick_ray_span(&w->ray[n], p->frame.grid, &enter, &leave) ||
+                !vr_clip_span(&p->clip, &w->ray[n], &enter, &leave))
                 continue;
             enter = enter > (double)reach.near ? enter : (double)reach.near;
             leave = leave < (double)reach.far ? leave : (double)reach.far;
@@ -223,9 +227,9 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
                           grid->levels - 1);
     if (image->width != scene->width || image->height != scene->height)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the image's size is not the scene's");
-    if (scene->clip_count > 0 || scene->mesh_count > 0)
+    if (scene->mesh_count > 0)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "isotrace draws no clip planes and no meshes; raycast and the exact method do");
+                          "isotrace draws no meshes; raycast and the exact method do");
     if (params->surface_count > VR_ISO_MAX_SURFACES)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%u isosurfaces are more than %d", params->surface_count,
                           VR_ISO_MAX_SURFACES);
@@ -243,7 +247,7 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
     const double *l = params->light;
     if (params->lit && !(isfinite(l[0] + l[1] + l[2]) && (l[0] != 0.0 || l[1] != 0.0 || l[2] != 0.0)))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the direction to the light is zero or not finite");
-    return BRICK_OK;
+    return vr_scene_check_parts(scene, err);
 }
 
 static void set_surfaces(struct picture *p, const struct vr_scene *scene,
@@ -339,6 +343,7 @@ int vr_render_isotrace(struct vr_isotracer *t, const struct vr_scene *scene,
     p.frame.termination = params->termination;
     p.frame.skip = params->skip;
     p.frame.flat = t->copy.layout == VR_ISO_FLAT ? t->copy.blocks : NULL;
+    vr_scene_clip(scene, t->grid, &p.clip);
     vr_iso_shading_init(&p.shading, t->grid, scene, params);
     set_surfaces(&p, scene, params);
     p.tiles_x = (image->width + TILE_WIDTH - 1) / TILE_WIDTH;
