@@ -3,7 +3,7 @@
  * Invariants: the cells that a ray visits, and the t at which it passes from one to the next, follow from the
  * ray alone: t of a plane is computed from the plane's integer, crossings are ordered by t and then by axis,
  * and every level of the hierarchy takes its subset of that one sequence. So neither the size of bricks and
- * macrocells nor skipping changes a bit of the picture, and cells are passed without gap or overlap. */
+ * parts nor skipping changes a bit of the picture, and cells are passed without gap or overlap. */
 #include "walk.h"
 
 #include <math.h>
