@@ -1,7 +1,7 @@
 /* Through a block: parts and cells, for one type of voxel and one order of voxels in memory. Included once
- * for each with VOXEL              the stored type SPLIT, SPLIT_TYPE  the member of struct vr_iso_level to
- * compare with, and its type NAME(x)            x with a suffix of its own FINITE(x)          is a voxel
- * finite? TILED              defined: through address tables */
+ * for each, with these defined: VOXEL, the stored type; SPLIT, the member of struct vr_iso_level to compare
+ * with, and SPLIT_TYPE, its type; NAME(x), which is x with a suffix of its own; FINITE(x), is a voxel
+ * finite?; and TILED for blocks with address tables. */
 
 #ifdef TILED
 #define PREFETCH()
