@@ -185,7 +185,7 @@ bool brick_ray_span(const struct brick_ray *ray, const struct brick_grid *grid, 
             continue;
         }
         double a = (lo - o) / d, b = (hi - o) / d;
-        double near = a < b ? a : b, far = a < b ? b : a; /* a call of fmin is a fifth of all this */
+        double near = a < b ? a : b, far = a < b ? b : a; /* fmin would be a call */
         enter = near > enter ? near : enter;
         leave = far < leave ? far : leave;
     }
