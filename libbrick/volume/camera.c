@@ -185,8 +185,9 @@ bool brick_ray_span(const struct brick_ray *ray, const struct brick_grid *grid, 
             continue;
         }
         double a = (lo - o) / d, b = (hi - o) / d;
-        enter = fmax(enter, fmin(a, b));
-        leave = fmin(leave, fmax(a, b));
+        double near = a < b ? a : b, far = a < b ? b : a; /* fmin would be a call */
+        enter = near > enter ? near : enter;
+        leave = far < leave ? far : leave;
     }
     *t_enter_mm = enter;
     *t_leave_mm = leave;

@@ -1,43 +1,8 @@
-/* Cubics along a ray: the exact shape of the trilinear field inside a cell.
- *
- * Coefficients are formed relative to the entry point from differences of corner values, one axis at a time,
- * so that they carry errors of rounding of the cell's own values, whatever the cell's place in the volume. */
+/* Cubics along a ray: turning points, roots and sides. */
 #include "cubic.h"
 
 #include <float.h>
 #include <math.h>
-
-/* out = a + x (b - a) with x = x0 + dx s; a and b of degree n - 1, out of degree n. Counted from the nearer
- * end, so that in a face nothing is left of the corners across from it, however large. */
-static void lerp_polynomials(const double *a, const double *b, int n, double x0, double dx, double *out)
-{
-    double below = 0.0;
-    for (int i = 0; i < n; i++) {
-        double d = b[i] - a[i];
-        out[i] = (x0 > 0.5 ? b[i] - (1.0 - x0) * d : a[i] + x0 * d) + below;
-        below = dx * d;
-    }
-    out[n] = below;
-}
-
-struct vr_cubic vr_cubic_in_cell(const double corners[8], const double enter[3], const double leave[3])
-{
-    double d[3], along_x[4][2], along_y[2][3];
-    struct vr_cubic f;
-    for (int i = 0; i < 3; i++)
-        d[i] = leave[i] - enter[i];
-    for (int i = 0; i < 4; i++)
-        lerp_polynomials(&corners[2 * i], &corners[2 * i + 1], 1, enter[0], d[0], along_x[i]);
-    for (int i = 0; i < 2; i++)
-        lerp_polynomials(along_x[2 * i], along_x[2 * i + 1], 2, enter[1], d[1], along_y[i]);
-    lerp_polynomials(along_y[0], along_y[1], 3, enter[2], d[2], f.c);
-    return f;
-}
-
-double vr_cubic_eval(const struct vr_cubic *f, double s)
-{
-    return f->c[0] + s * (f->c[1] + s * (f->c[2] + s * f->c[3]));
-}
 
 struct vr_cubic vr_cubic_part(const struct vr_cubic *f, double a, double b)
 {
@@ -89,6 +54,10 @@ int vr_cubic_extrema(const struct vr_cubic *f, double s[2])
     /* f' = p + 2 q s + r s^2; the roots as p/z and z/r lose no digits to cancellation, nor does the
      * discriminant q^2 - p r. */
     double p = f->c[1], q = f->c[2], r = 3.0 * f->c[3];
+    /* f' lies between its Bernstein coefficients. All on one side, by more than they are rounded: no root. */
+    double b1 = p + q, b2 = b1 + q + r, margin = 1e-14 * (fabs(p) + fabs(q) + fabs(r));
+    if ((p > margin && b1 > margin && b2 > margin) || (p < -margin && b1 < -margin && b2 < -margin))
+        return 0;
     struct twofold pr = twofold_multiply(two_product(-3.0, p), (struct twofold){f->c[3], 0.0});
     double discriminant = twofold_add(two_product(q, q), pr).hi;
     int n = 0;
@@ -107,11 +76,12 @@ int vr_cubic_extrema(const struct vr_cubic *f, double s[2])
     return n;
 }
 
-/* Newton's method, kept inside a bracket that every step narrows; where it fails to halve the residual (a
- * double root at the bracket's end) the bracket is halved instead. */
+/* Halley's method, kept inside a bracket that every step narrows; where it fails to halve the residual (a
+ * double root at the bracket's end) the bracket is halved instead. A step of h leaves an error of |k| h^3,
+ * k = (f''/2f')^2 - f'''/6f': once that is below rounding there is no next one. */
 double vr_cubic_solve(const struct vr_cubic *f, double v, double a, double b)
 {
-    struct vr_cubic g = {{f->c[0] - v, f->c[1], f->c[2], f->c[3]}};
+    const struct vr_cubic g = {{f->c[0] - v, f->c[1], f->c[2], f->c[3]}};
     double at_a = vr_cubic_eval(&g, a), at_b = vr_cubic_eval(&g, b);
     if (at_a == 0.0 || (at_a > 0.0) == (at_b > 0.0)) /* same sign: v is an end's value but for rounding */
         return fabs(at_a) <= fabs(at_b) ? a : b;
@@ -125,12 +95,15 @@ double vr_cubic_solve(const struct vr_cubic *f, double v, double a, double b)
             a = s;
         else
             b = s;
-        double slope = g.c[1] + s * (2.0 * g.c[2] + s * 3.0 * g.c[3]);
-        double next = s - y / slope;
-        if (!(next > a && next < b) || fabs(y) > 0.5 * last)
+        double slope = g.c[1] + s * (2.0 * g.c[2] + s * 3.0 * g.c[3]), bend = g.c[2] + 3.0 * g.c[3] * s;
+        double step = y * slope / (slope * slope - y * bend), next = s - step;
+        bool good = next > a && next < b && !(fabs(y) > 0.5 * last);
+        if (!good)
             next = a + 0.5 * (b - a);
         last = fabs(y);
-        if (fabs(next - s) <= DBL_EPSILON * s || b - a <= DBL_EPSILON * b)
+        if (fabs(next - s) <= DBL_EPSILON * s || b - a <= DBL_EPSILON * b ||
+            (good && fabs(step * step * step) * (bend * bend + fabs(slope * g.c[3])) <=
+                         0.25 * DBL_EPSILON * s * slope * slope))
             return next;
         s = next;
     }

@@ -10,10 +10,48 @@ struct vr_cubic {
     double c[4];
 };
 
+/* From a at 0 to b at 1, both exactly, and in between never outside of them: rounding is monotone, and from
+ * the nearer end, chosen without a branch (which it is nobody can predict), it is no more than half the way.
+ */
+static inline double vr_cubic_lerp(double a, double b, double x)
+{
+    const double end = x > 0.5 ? b : a, from = x > 0.5 ? x - 1.0 : x;
+    return end + from * (b - a);
+}
+
 /* corners: values at the cell's corners, x fastest. enter, leave: ends of the segment in cell coordinates,
- * [0,1] but for rounding. Equal corners give an exactly constant cubic. */
-struct vr_cubic vr_cubic_in_cell(const double corners[8], const double enter[3], const double leave[3]);
-double vr_cubic_eval(const struct vr_cubic *f, double s);
+ * [0,1] but for rounding. Equal corners give an exactly constant cubic.
+ *
+ * Coefficients are formed relative to the entry point from differences of corner values, one axis at a time,
+ * so that they carry errors of rounding of the cell's own values, whatever the cell's place in the volume. */
+static inline struct vr_cubic vr_cubic_in_cell(const double corners[8], const double enter[3],
+                                               const double leave[3])
+{
+    const double dx = leave[0] - enter[0], dy = leave[1] - enter[1], dz = leave[2] - enter[2];
+    double a[2][4], b[3][2]; /* by power of s, then by what is left of the corners */
+    struct vr_cubic f;
+    for (int i = 0; i < 4; i++) {
+        a[0][i] = vr_cubic_lerp(corners[2 * i], corners[2 * i + 1], enter[0]);
+        a[1][i] = dx * (corners[2 * i + 1] - corners[2 * i]);
+    }
+    for (int i = 0; i < 2; i++) {
+        const double *constant = a[0] + 2 * i, *linear = a[1] + 2 * i;
+        b[0][i] = vr_cubic_lerp(constant[0], constant[1], enter[1]);
+        b[1][i] = vr_cubic_lerp(linear[0], linear[1], enter[1]) + dy * (constant[1] - constant[0]);
+        b[2][i] = dy * (linear[1] - linear[0]);
+    }
+    f.c[0] = vr_cubic_lerp(b[0][0], b[0][1], enter[2]);
+    f.c[1] = vr_cubic_lerp(b[1][0], b[1][1], enter[2]) + dz * (b[0][1] - b[0][0]);
+    f.c[2] = vr_cubic_lerp(b[2][0], b[2][1], enter[2]) + dz * (b[1][1] - b[1][0]);
+    f.c[3] = dz * (b[2][1] - b[2][0]);
+    return f;
+}
+
+static inline double vr_cubic_eval(const struct vr_cubic *f, double s)
+{
+    return f->c[0] + s * (f->c[1] + s * (f->c[2] + s * f->c[3]));
+}
+
 /* The part from a to b, with its own parameter in [0,1]. */
 struct vr_cubic vr_cubic_part(const struct vr_cubic *f, double a, double b);
 /* Where the derivative changes sign, strictly inside (0,1), ascending. Returns how many, 0 to 2. */

@@ -39,31 +39,10 @@ struct frame {
     double *hit_mm;
     uint32_t tiles_x, tiles_y;
     struct worker *workers;
-    double clip[VR_MAX_CLIP_PLANES][4]; /* vr_scene_clip_plane */
-    struct vr_mesh_tree *tree;          /* NULL: no meshes */
-    struct brick_view world;            /* of its rays */
+    struct vr_clip clip;
+    struct vr_mesh_tree *tree; /* NULL: no meshes */
+    struct brick_view world;   /* of its rays */
 };
-
-/* Cut the span where the scene's clip planes do. False when nothing is left. */
-static bool clip_span(const struct frame *frame, const struct brick_ray *ray, double *t_enter_mm,
-                      double *t_leave_mm)
-{
-    for (uint32_t p = 0; p < frame->scene->clip_count; p++) {
-        const double *plane = frame->clip[p];
-        double inside = plane[3], slope = 0.0; /* of the kept side's distance, at t = 0 */
-        for (int i = 0; i < 3; i++) {
-            inside += plane[i] * ray->origin[i];
-            slope += plane[i] * ray->direction[i];
-        }
-        if (slope > 0.0)
-            *t_enter_mm = fmax(*t_enter_mm, -inside / slope);
-        else if (slope < 0.0)
-            *t_leave_mm = fmin(*t_leave_mm, -inside / slope);
-        else if (inside < 0.0)
-            return false;
-    }
-    return *t_enter_mm < *t_leave_mm;
-}
 
 /* Behind all that the ray has gathered, and nothing is behind it. */
 static void add_mesh(const struct vr_look *look, const struct brick_ray *world, const struct vr_mesh_hit *hit,
@@ -99,7 +78,7 @@ static int render_pixel(struct frame *frame, struct worker *worker, uint32_t x, 
         vr_mesh_tree_first(frame->tree, &world, &hit);
     }
     if (brick_ray_span(&ray, frame->grid, &t_enter_mm, &t_leave_mm) &&
-        clip_span(frame, &ray, &t_enter_mm, &t_leave_mm) && t_enter_mm < hit.t_mm) {
+        vr_clip_span(&frame->clip, &ray, &t_enter_mm, &t_leave_mm) && t_enter_mm < hit.t_mm) {
         t_leave_mm = fmin(t_leave_mm, hit.t_mm);
         int result = vr_trace(&frame->look, &worker->cells.cells, &ray, t_enter_mm, t_leave_mm, &traced, err);
         if (result)
@@ -218,8 +197,7 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     active = brick_active_set(volume, &query, states);
     set_look(&frame.look, grid, scene, params);
-    for (uint32_t p = 0; p < scene->clip_count; p++)
-        vr_scene_clip_plane(scene, grid, p, frame.clip[p]);
+    vr_scene_clip(scene, grid, &frame.clip);
 
     vr_scene_world_view(&frame.view, grid, &frame.world);
     if (scene->mesh_count &&

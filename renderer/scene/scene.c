@@ -57,6 +57,33 @@ void vr_scene_level_plane(const struct vr_scene *scene, const struct brick_grid 
     }
 }
 
+void vr_scene_clip(const struct vr_scene *scene, const struct brick_grid *grid, struct vr_clip *clip)
+{
+    clip->count = scene->clip_count;
+    for (uint32_t p = 0; p < clip->count; p++)
+        vr_scene_clip_plane(scene, grid, p, clip->plane[p]);
+}
+
+bool vr_clip_span(const struct vr_clip *clip, const struct brick_ray *ray, double *t_enter_mm,
+                  double *t_leave_mm)
+{
+    for (uint32_t p = 0; p < clip->count; p++) {
+        const double *plane = clip->plane[p];
+        double inside = plane[3], slope = 0.0; /* of the kept side's distance, at t = 0 */
+        for (int i = 0; i < 3; i++) {
+            inside += plane[i] * ray->origin[i];
+            slope += plane[i] * ray->direction[i];
+        }
+        if (slope > 0.0)
+            *t_enter_mm = fmax(*t_enter_mm, -inside / slope);
+        else if (slope < 0.0)
+            *t_leave_mm = fmin(*t_leave_mm, -inside / slope);
+        else if (inside < 0.0)
+            return false;
+    }
+    return *t_enter_mm < *t_leave_mm;
+}
+
 /* Of a point, or of a direction. */
 static void to_world(const struct brick_grid *grid, const double index[3], bool point, double world[3])
 {

@@ -16,6 +16,16 @@ void vr_scene_clip_plane(const struct vr_scene *scene, const struct brick_grid *
 void vr_scene_level_plane(const struct vr_scene *scene, const struct brick_grid *grid,
                           const struct brick_level *level, uint32_t index, double plane[4]);
 
+/* All of a scene's planes, for rays on the CPU. */
+struct vr_clip {
+    double plane[VR_MAX_CLIP_PLANES][4]; /* vr_scene_clip_plane */
+    uint32_t count;
+};
+void vr_scene_clip(const struct vr_scene *scene, const struct brick_grid *grid, struct vr_clip *clip);
+/* Cut a ray's span where the planes do. False when nothing is left. */
+bool vr_clip_span(const struct vr_clip *clip, const struct brick_ray *ray, double *t_enter_mm,
+                  double *t_leave_mm);
+
 /* The same rays in the world: origins in mm, `linear` the identity; t is the same. */
 void vr_scene_world_view(const struct brick_view *view, const struct brick_grid *grid,
                          struct brick_view *world);

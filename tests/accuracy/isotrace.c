@@ -15,6 +15,7 @@
 
 #include "../support/memory_source.h"
 #include "iso_reference.h"
+#include "map.h"
 #include "pins.h"
 #include "split.h"
 #include "walk.h"
@@ -27,31 +28,26 @@ struct tracer {
     struct vr_iso_activity activity;
     struct vr_iso_pin pin;
     struct vr_iso_walk walk;
-    uint8_t *active;
+    struct vr_iso_map map;
 };
 
 static void tracer_init(struct tracer *t, const struct brick_volume *volume, uint32_t level, double isovalue)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
     const struct brick_level *l = &grid->level[level];
-    size_t bricks = (size_t)(l->bricks[0] * l->bricks[1] * l->bricks[2]);
     memset(t, 0, sizeof *t);
     t->volume = volume;
     assert_int_equal(brick_cache_create(&t->cache, volume, brick_grid_max_payload_bytes(grid), NULL),
                      BRICK_OK);
-    t->active = malloc(bricks);
     t->frame = (struct vr_iso_frame){.grid = grid,
                                      .level = l,
                                      .kernel = vr_iso_kernel_of(grid->type, false),
                                      .surface = {{.isovalue = isovalue, .opacity = 1.0}},
                                      .surfaces = 1,
-                                     .active = t->active,
+                                     .map = &t->map,
                                      .skip = true};
     vr_iso_split(grid, &t->frame.surface[0]);
-    for (size_t b = 0; b < bricks; b++) {
-        const struct brick_entry *e = brick_volume_entry(volume, l->first_brick + b);
-        t->active[b] = e->min < t->frame.surface[0].split && e->max >= t->frame.surface[0].split;
-    }
+    assert_int_equal(vr_iso_map_make(&t->map, volume, &t->frame, NULL), BRICK_OK);
     t->pin = (struct vr_iso_pin){.grid = grid, .cache = t->cache};
     t->walk = (struct vr_iso_walk){.frame = &t->frame, .activity = &t->activity, .want_gradient = true};
 }
@@ -61,7 +57,7 @@ static void tracer_finish(struct tracer *t)
     vr_iso_pin_release(&t->pin);
     vr_iso_walk_finish(&t->walk);
     brick_cache_destroy(&t->cache);
-    free(t->active);
+    vr_iso_map_finish(&t->map);
 }
 
 /* Distance of the first hit, or -1. */

@@ -15,16 +15,33 @@
 
 #include "../support/memory_source.h"
 
+/* Twice: the second frame knows where in the bricks surfaces are, and a frame of other surfaces in between
+ * leaves nothing behind. */
 static void render(const struct brick_volume *volume, const struct vr_isotracer_params *tracer_params,
                    const struct vr_scene *scene, const struct vr_isotrace_params *params,
                    struct brick_image *image, struct vr_report *report)
 {
     struct vr_isotracer *tracer;
     struct brick_error err;
+    struct vr_scene other = *scene;
+    struct vr_isotrace_params one = *params;
+    struct brick_image again;
+    other.isovalue += 1.5;
+    one.surface_count = 0;
     assert_int_equal(brick_image_init(image, scene->width, scene->height, NULL), BRICK_OK);
+    assert_int_equal(brick_image_init(&again, scene->width, scene->height, NULL), BRICK_OK);
     if (vr_isotracer_create(&tracer, volume, tracer_params, &err) ||
         vr_render_isotrace(tracer, scene, params, image, report, &err))
         fail_msg("%s", err.message);
+    for (int frame = 0; frame < 4; frame++) {
+        if (vr_render_isotrace(tracer, frame == 1 ? &other : scene, frame == 1 ? &one : params, &again, NULL,
+                               &err))
+            fail_msg("%s", err.message);
+        if (frame != 1)
+            assert_memory_equal(image->rgba, again.rgba,
+                                (size_t)scene->width * scene->height * 4 * sizeof(float));
+    }
+    brick_image_finish(&again);
     vr_isotracer_destroy(&tracer);
 }
 
@@ -50,6 +67,13 @@ static struct brick_volume *make_body(uint32_t edge, uint32_t macrocell, bool wi
     params.edge = edge;
     params.macrocell = macrocell;
     return build_and_open(&source, "body.brick", &params);
+}
+
+/* Keep what lies from a point on in a direction. */
+static void clip_through(struct vr_scene *scene, const double point[3], double x, double y, double z)
+{
+    scene->clip[scene->clip_count++] =
+        (struct vr_plane){{x, y, z}, x * point[0] + y * point[1] + z * point[2]};
 }
 
 static void same_bytes_whatever_the_memory(void **state)
@@ -94,6 +118,8 @@ static void same_bytes_whatever_the_memory(void **state)
             /* 3: the rays of the middle row and column lie in faces of cells and bricks */
             brick_camera_orbit(&scene.camera, grid, picture == 3 ? 0 : 30, picture == 3 ? 0 : 20, 0,
                                picture == 4 ? 90 : 0, 1.5);
+            if (picture == 4) /* half of it is cut away, obliquely */
+                clip_through(&scene, scene.camera.look_mm, 0.3, 1.0, -0.2);
             if (picture == 5) /* inside */
                 for (int a = 0; a < 3; a++)
                     scene.camera.eye_mm[a] = scene.camera.look_mm[a] + (a == 1 ? 2.0 : 0.0);
@@ -256,7 +282,64 @@ static void a_sphere_shades_another(void **state)
         }
     }
     assert_true(dark > 50 && bright > 200);
+    /* What is cut away casts no shadow: with the plane between the two the large one is as if it were alone.
+     */
+    struct brick_image alone;
+    for (int i = 0; i < S * S * S; i++) {
+        double x = i % S, y = i / S % S, z = i / (S * S);
+        voxels[i] = (float)(r_big - sqrt(pow(x - big[0], 2) + pow(y - big[1], 2) + pow(z - big[2], 2)));
+    }
+    struct brick_volume *single = build_and_open(&source, "sphere.brick", NULL);
+    clip_through(&scene, (double[3]){0, 0, 40}, 0, 0, -1);
     brick_image_finish(&image);
+    render(volume, &vr_isotracer_defaults, &scene, &params, &image, NULL);
+    scene.clip_count = 0;
+    render(single, &vr_isotracer_defaults, &scene, &params, &alone, NULL);
+    assert_memory_equal(image.rgba, alone.rgba, W * W * 4 * sizeof(float));
+    brick_image_finish(&alone);
+    brick_volume_close(&single);
+    brick_image_finish(&image);
+    brick_volume_close(&volume);
+}
+
+/* Planes cut rays where they cut the exact method's, and surfaces have no caps there. */
+static void planes_cut_as_in_the_exact_picture(void **state)
+{
+    enum { W = 90 };
+    struct brick_volume *volume = make_body(32, 8, false);
+    (void)state;
+    for (int cuts = 0; cuts < 4; cuts++) {
+        struct vr_isotrace_params params = vr_isotrace_defaults;
+        struct vr_scene scene = vr_scene_defaults;
+        struct brick_image image, exact, whole;
+        size_t hits = 0, differing = 0;
+        scene.mode = BRICK_MODE_ISO;
+        scene.isovalue = 6.3;
+        scene.width = scene.height = W;
+        brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 40, 25, 0, cuts == 3 ? 120 : 0, 1.0);
+        const double *middle = scene.camera.look_mm;
+        render(volume, &vr_isotracer_defaults, &scene, &params, &whole, NULL);
+        if (cuts >= 1) /* towards the eye and across: the inside of the shell is seen */
+            clip_through(&scene, middle, -0.6, 0.7, 0.1);
+        if (cuts >= 2) { /* a slab */
+            clip_through(&scene, middle, 0.1, 0.2, 1.0);
+            clip_through(&scene, (double[3]){middle[0], middle[1], middle[2] + 9.0}, -0.1, -0.2, -1.0);
+        }
+        render(volume, &vr_isotracer_defaults, &scene, &params, &image, NULL);
+        assert_int_equal(brick_image_init(&exact, W, W, NULL), BRICK_OK);
+        assert_int_equal(vr_render_exact(volume, &scene, &vr_exact_defaults, &exact, NULL, NULL), BRICK_OK);
+        for (size_t i = 0; i < 4 * W * W; i++) {
+            assert_true(fabs((double)image.rgba[i] - (double)exact.rgba[i]) < 2e-6);
+            hits += i % 4 == 3 && image.rgba[i] > 0.0f;
+            differing += image.rgba[i] != whole.rgba[i];
+        }
+        print_message("%d cuts: %zu pixels hit, %zu channels differ from the whole\n", cuts, hits, differing);
+        assert_true(hits > 100);
+        assert_true(cuts ? differing > 1000 : differing == 0);
+        brick_image_finish(&image);
+        brick_image_finish(&exact);
+        brick_image_finish(&whole);
+    }
     brick_volume_close(&volume);
 }
 
@@ -321,8 +404,11 @@ static void bad_requests_are_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_bytes_whatever_the_memory), cmocka_unit_test(opacity_in_closed_form),
-        cmocka_unit_test(shading_in_closed_form),         cmocka_unit_test(a_sphere_shades_another),
+        cmocka_unit_test(same_bytes_whatever_the_memory),
+        cmocka_unit_test(opacity_in_closed_form),
+        cmocka_unit_test(shading_in_closed_form),
+        cmocka_unit_test(a_sphere_shades_another),
+        cmocka_unit_test(planes_cut_as_in_the_exact_picture),
         cmocka_unit_test(bad_requests_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -287,7 +287,7 @@ int vr_isotracer_create(struct vr_isotracer **tracer, const struct brick_volume 
 void vr_isotracer_destroy(struct vr_isotracer **tracer);
 
 /* image has scene->width x scene->height. BRICK_ERR_ARGUMENT for what the structs above exclude, and
- * BRICK_ERR_UNSUPPORTED for clip planes and meshes, and the errors of reading bricks. report->samples counts
+ * BRICK_ERR_UNSUPPORTED for meshes, and the errors of reading bricks. report->samples counts
  * the cells whose cubic was formed. */
 int vr_render_isotrace(struct vr_isotracer *tracer, const struct vr_scene *scene,
                        const struct vr_isotrace_params *params, struct brick_image *image,

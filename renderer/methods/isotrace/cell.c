@@ -15,22 +15,17 @@
 
 static double clamp(double v, double lo, double hi)
 {
-    return v < lo ? lo : v > hi ? hi : v;
+    v = v > lo ? v : lo;
+    return v < hi ? v : hi;
 }
 
-/* From a at 0 to b at 1, both exactly, and in between never outside of them: rounding is monotone, and from
- * the nearer end it is less than half the way. */
-static double between(double a, double b, double s)
-{
-    return s < 0.5 ? a + s * (b - a) : b - (1.0 - s) * (b - a);
-}
-
-/* At p on the face of the cell that is across `axis`, the far one or the near one. */
+/* At p on the face of the cell that is across `axis`, the far one or the near one: as vr_cubic_in_cell has it
+ * for a ray that enters there. */
 static double on_face(const double corners[8], int axis, bool far, const double p[3])
 {
-    int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-    const double *c = corners + (far ? 1 << axis : 0);
-    return between(between(c[0], c[1 << u], p[u]), between(c[1 << v], c[(1 << u) + (1 << v)], p[u]), p[v]);
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    const double *c = corners + ((int)far << axis), *d = c + (1 << v);
+    return vr_cubic_lerp(vr_cubic_lerp(c[0], c[1 << u], p[u]), vr_cubic_lerp(d[0], d[1 << u], p[u]), p[v]);
 }
 
 struct change {
@@ -41,7 +36,7 @@ struct change {
 /* Is the cubic on one side all the way? Its Bernstein coefficients bound it. */
 static bool one_sided(const struct vr_cubic *f, double v, bool above)
 {
-    double b1 = f->c[0] + f->c[1] / 3.0, b2 = f->c[0] + (2.0 * f->c[1] + f->c[2]) / 3.0;
+    double b1 = f->c[0] + 1.0 / 3.0 * f->c[1], b2 = f->c[0] + 1.0 / 3.0 * (2.0 * f->c[1] + f->c[2]);
     return (b1 >= v) == above && (b2 >= v) == above;
 }
 
@@ -94,15 +89,11 @@ int vr_iso_cell(struct vr_iso_walk *walk, const struct vr_iso_block *block, cons
     vr_iso_now(walk->activity, VR_ISO_INTERSECTION);
     for (int i = 0; i < 3; i++) {
         double base = r->origin[i] - (double)(block->lo[i] + at[i]);
-        enter[i] = clamp(base + t0 * r->direction[i], 0.0, 1.0);
-        leave[i] = clamp(base + t1 * r->direction[i], 0.0, 1.0);
+        enter[i] = i == axis0 ? (double)!r->up[i] : clamp(base + t0 * r->direction[i], 0.0, 1.0);
+        leave[i] = i == axis1 ? (double)r->up[i] : clamp(base + t1 * r->direction[i], 0.0, 1.0);
     }
-    if (axis0 >= 0)
-        enter[axis0] = r->up[axis0] ? 0.0 : 1.0;
-    if (axis1 >= 0)
-        leave[axis1] = r->up[axis1] ? 1.0 : 0.0;
     struct vr_cubic f = vr_cubic_in_cell(corners, enter, leave);
-    double at_enter = axis0 < 0 ? f.c[0] : on_face(corners, axis0, !r->up[axis0], enter);
+    double at_enter = f.c[0]; /* on_face, where there is a face */
     double at_leave = axis1 < 0 ? vr_cubic_eval(&f, 1.0) : on_face(corners, axis1, r->up[axis1], leave);
     for (uint32_t k = 0; k < frame->surfaces; k++) {
         double v = frame->surface[k].isovalue, s[3];

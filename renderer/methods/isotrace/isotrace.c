@@ -1,6 +1,6 @@
 /* Isosurfaces by ray tracing: from a scene to a picture (Parker et al. 1998).
  *
- * Tiles of 32 x 4 pixels wait in a queue; each thread takes as many as are left divided by twice the threads,
+ * Tiles of 16 x 8 pixels wait in a queue; each thread takes as many as are left divided by twice the threads,
  * so that grants are large at first and single tiles at the end (section 2.2). A pixel depends on nothing but
  * its own ray: neither threads nor cache change a bit. */
 #include <renderer/renderer.h>
@@ -15,12 +15,16 @@
 #include <brick/checked.h>
 #include <brick/threads.h>
 
+#include "bounds.h"
 #include "layout.h"
+#include "map.h"
 #include "pins.h"
+#include "scene.h"
 #include "shade.h"
 #include "split.h"
 
-enum { TILE_WIDTH = 32, TILE_HEIGHT = 4, TILE_PIXELS = TILE_WIDTH * TILE_HEIGHT };
+enum { TILE_WIDTH = 16, TILE_HEIGHT = 8, TILE_PIXELS = TILE_WIDTH * TILE_HEIGHT };
+_Static_assert((int)TILE_PIXELS <= (int)VR_ISO_RAYS, "a tile is traced in one go");
 
 const struct vr_isotracer_params vr_isotracer_defaults = {.host_cache_bytes = UINT64_C(1) << 30};
 const struct vr_isotrace_params vr_isotrace_defaults = {.termination = 1e-4, .skip = true};
@@ -41,6 +45,8 @@ struct vr_isotracer {
     struct worker *workers;
     unsigned threads;
     struct vr_iso_layout_copy copy;
+    struct vr_iso_map map;
+    struct vr_iso_bounds bounds;
 };
 
 struct picture {
@@ -48,6 +54,7 @@ struct picture {
     struct vr_iso_frame frame;
     struct vr_iso_shading shading;
     struct brick_view view;
+    struct vr_clip clip;
     struct brick_image *image;
     uint32_t tiles_x, tiles;
     atomic_uint_fast32_t next; /* tiles handed out */
@@ -101,6 +108,8 @@ void vr_isotracer_destroy(struct vr_isotracer **tracer)
         }
     free(t->workers);
     vr_iso_layout_finish(&t->copy);
+    vr_iso_map_finish(&t->map);
+    vr_iso_bounds_finish(&t->bounds);
     brick_pool_destroy(&t->pool);
     brick_cache_destroy(&t->cache);
     free(t);
@@ -126,7 +135,8 @@ static int cast_shadows(const struct picture *p, struct worker *w, size_t n, str
             struct brick_ray to_light;
             double enter, leave;
             lit[waiting] = &w->walk[i].hits[k];
-            if (!vr_iso_shadow_ray(&p->shading, &w->ray[i], lit[waiting], &to_light, &enter, &leave))
+            if (!vr_iso_shadow_ray(&p->shading, &w->ray[i], lit[waiting], &to_light, &enter, &leave) ||
+                !vr_clip_span(&p->clip, &to_light, &enter, &leave)) /* what is cut away casts no shadow */
                 continue;
             vr_iso_start(&w->shadow[waiting], &to_light, enter, leave);
             if (++waiting == TILE_PIXELS) {
@@ -139,20 +149,34 @@ static int cast_shadows(const struct picture *p, struct worker *w, size_t n, str
 
 static int render_tile(const struct picture *p, struct worker *w, uint32_t tile, struct brick_error *err)
 {
-    uint32_t x0 = tile % p->tiles_x * TILE_WIDTH, y0 = tile / p->tiles_x * TILE_HEIGHT;
+    const uint32_t x0 = tile % p->tiles_x * TILE_WIDTH, y0 = tile / p->tiles_x * TILE_HEIGHT,
+                   x1 = x0 + TILE_WIDTH < p->image->width ? x0 + TILE_WIDTH : p->image->width,
+                   y1 = y0 + TILE_HEIGHT < p->image->height ? y0 + TILE_HEIGHT : p->image->height;
     float *rgba[TILE_PIXELS];
+    struct vr_iso_reach reach = {0};
     size_t n = 0;
-    for (uint32_t y = y0; y < y0 + TILE_HEIGHT && y < p->image->height; y++)
-        for (uint32_t x = x0; x < x0 + TILE_WIDTH && x < p->image->width; x++) {
+    for (uint32_t y = y0; y < y1; y++) {
+        float *row = &p->image->rgba[(size_t)y * p->image->width * 4];
+        memset(row + 4 * x0, 0, (x1 - x0) * 4 * sizeof *row);
+        for (uint32_t x = x0; x < x1; x++) {
             double enter, leave;
-            rgba[n] = &p->image->rgba[((size_t)y * p->image->width + x) * 4];
-            memset(rgba[n], 0, 4 * sizeof *rgba[n]);
+            if (x % VR_ISO_BLOCK == 0)
+                reach = vr_iso_bounds_of(&p->tracer->bounds, x, y);
+            if (!(reach.near < reach.far))
+                continue;
+            rgba[n] = row + 4 * x;
             brick_view_ray(&p->view, x, y, &w->ray[n]);
-            if (!brick_ray_span(&w->ray[n], p->frame.grid, &enter, &leave))
+            if (!brick_ray_span(&w->ray[n], p->frame.grid, &enter, &leave) ||
+                !vr_clip_span(&p->clip, &w->ray[n], &enter, &leave))
+                continue;
+            enter = enter > (double)reach.near ? enter : (double)reach.near;
+            leave = leave < (double)reach.far ? leave : (double)reach.far;
+            if (!(enter < leave))
                 continue;
             vr_iso_start(&w->walk[n], &w->ray[n], enter, leave);
             n++;
         }
+    }
     int code = vr_iso_trace(w->walk, n, &w->pin, err);
     vr_iso_now(&w->activity, VR_ISO_SHADING);
     if (!code && p->shading.shadows)
@@ -203,9 +227,9 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
                           grid->levels - 1);
     if (image->width != scene->width || image->height != scene->height)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the image's size is not the scene's");
-    if (scene->clip_count > 0 || scene->mesh_count > 0)
+    if (scene->mesh_count > 0)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "isotrace draws no clip planes and no meshes; raycast and the exact method do");
+                          "isotrace draws no meshes; raycast and the exact method do");
     if (params->surface_count > VR_ISO_MAX_SURFACES)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%u isosurfaces are more than %d", params->surface_count,
                           VR_ISO_MAX_SURFACES);
@@ -223,7 +247,7 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
     const double *l = params->light;
     if (params->lit && !(isfinite(l[0] + l[1] + l[2]) && (l[0] != 0.0 || l[1] != 0.0 || l[2] != 0.0)))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the direction to the light is zero or not finite");
-    return BRICK_OK;
+    return vr_scene_check_parts(scene, err);
 }
 
 static void set_surfaces(struct picture *p, const struct vr_scene *scene,
@@ -243,18 +267,14 @@ static void set_surfaces(struct picture *p, const struct vr_scene *scene,
     }
 }
 
-/* Bricks through which a surface may pass, from the index. */
-static uint64_t find_active(const struct picture *p, uint64_t bricks, uint8_t *active)
+/* What the bounds take at a time. */
+enum { BOUNDS_BRICKS = 64 };
+
+static int bound(void *context, uint64_t item, unsigned worker, struct brick_error *err)
 {
-    uint64_t count = 0;
-    for (uint64_t b = 0; b < bricks; b++) {
-        const struct brick_entry *e = brick_volume_entry(p->tracer->volume, p->frame.level->first_brick + b);
-        active[b] = !p->frame.skip;
-        for (uint32_t k = 0; k < p->frame.surfaces; k++)
-            active[b] |= e->min < p->frame.surface[k].split && e->max >= p->frame.surface[k].split;
-        count += active[b];
-    }
-    return count;
+    struct vr_isotracer *t = context;
+    const uint64_t first = item * BOUNDS_BRICKS, end = first + BOUNDS_BRICKS;
+    return vr_iso_bounds_add(&t->bounds, worker, first, end < t->map.bricks ? end : t->map.bricks, err);
 }
 
 struct sampler {
@@ -291,7 +311,10 @@ static int run(struct picture *p, struct vr_iso_profile *profile, struct brick_e
     bool sampling = profile && pthread_create(&thread, NULL, sample_phases, &sampler) == 0;
     if (profile && !sampling)
         return brick_fail(err, BRICK_ERR_MEMORY, "isotrace: the system refuses a thread for the profile");
-    int code = brick_pool_run(p->tracer->pool, p->tracer->threads, work, p, err);
+    int code = brick_pool_run(p->tracer->pool, (p->tracer->map.bricks + BOUNDS_BRICKS - 1) / BOUNDS_BRICKS,
+                              bound, p->tracer, err);
+    if (!code)
+        code = brick_pool_run(p->tracer->pool, p->tracer->threads, work, p, err);
     if (sampling) {
         atomic_store(&sampler.stop, true);
         pthread_join(thread, NULL);
@@ -303,10 +326,9 @@ int vr_render_isotrace(struct vr_isotracer *t, const struct vr_scene *scene,
                        const struct vr_isotrace_params *params, struct brick_image *image,
                        struct vr_report *report, struct brick_error *err)
 {
-    uint64_t started_ns = brick_now_ns(), bricks, active_count, cells = 0;
+    uint64_t started_ns = brick_now_ns(), cells = 0;
     struct brick_cache_counters before, after;
     struct picture p = {.tracer = t, .image = image};
-    uint8_t *active = NULL;
 
     int code = check(t->grid, scene, params, image, err);
     if (!code)
@@ -321,16 +343,18 @@ int vr_render_isotrace(struct vr_isotracer *t, const struct vr_scene *scene,
     p.frame.termination = params->termination;
     p.frame.skip = params->skip;
     p.frame.flat = t->copy.layout == VR_ISO_FLAT ? t->copy.blocks : NULL;
+    vr_scene_clip(scene, t->grid, &p.clip);
     vr_iso_shading_init(&p.shading, t->grid, scene, params);
     set_surfaces(&p, scene, params);
     p.tiles_x = (image->width + TILE_WIDTH - 1) / TILE_WIDTH;
     p.tiles = p.tiles_x * ((image->height + TILE_HEIGHT - 1) / TILE_HEIGHT);
-    if (!brick_mul3_u64(p.frame.level->bricks[0], p.frame.level->bricks[1], p.frame.level->bricks[2],
-                        &bricks) ||
-        !(active = malloc((size_t)bricks)))
-        return brick_fail(err, BRICK_ERR_MEMORY, "isotrace: no memory for the states of the level's bricks");
-    active_count = find_active(&p, bricks, active);
-    p.frame.active = active;
+    p.frame.map = &t->map;
+    code = vr_iso_map_make(&t->map, t->volume, &p.frame, err);
+    if (!code)
+        code =
+            vr_iso_bounds_begin(&t->bounds, &p.frame, &p.view, image->width, image->height, t->threads, err);
+    if (code)
+        return code;
     for (unsigned i = 0; i < t->threads; i++) {
         struct worker *w = &t->workers[i];
         w->pin.grid = t->grid;
@@ -351,11 +375,10 @@ int vr_render_isotrace(struct vr_isotracer *t, const struct vr_scene *scene,
         vr_iso_pin_release(&t->workers[i].pin);
         cells += t->workers[i].activity.cells;
     }
-    free(active);
     if (!code && report)
         *report = (struct vr_report){.passes = 1,
-                                     .bricks_total = bricks,
-                                     .bricks_active = active_count,
+                                     .bricks_total = t->map.bricks,
+                                     .bricks_active = t->map.active,
                                      .bricks_loaded = after.loads - before.loads,
                                      .bytes_read = after.bytes_read - before.bytes_read,
                                      .samples = cells,

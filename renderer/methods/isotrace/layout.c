@@ -64,14 +64,16 @@ static int make_flat(struct vr_iso_layout_copy *copy, const struct brick_volume 
     free(source);
     if (code)
         return code;
-    *block = (struct vr_iso_block){
-        .voxels = voxels, .row = (size_t)stored[0], .slice = (size_t)(stored[0] * stored[1])};
+    *block = (struct vr_iso_block){.voxels = voxels,
+                                   .part_shift = 30,
+                                   .row = (size_t)stored[0],
+                                   .slice = (size_t)(stored[0] * stored[1])};
     for (int i = 0; i < 3; i++) {
         block->lo[i] = -(int64_t)grid->border;
         block->first[i] = (int32_t)grid->border;
         block->end[i] = (int32_t)(grid->border + level->dims[i]);
         block->edge_low[i] = block->edge_high[i] = true;
-        block->macros[i] = 1;
+        block->parts[i] = 1;
     }
     return BRICK_OK;
 }

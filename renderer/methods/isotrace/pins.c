@@ -22,6 +22,9 @@ void vr_iso_block_of_brick(const struct brick_grid *grid, uint64_t id, const voi
     block->ranges = (const char *)data + brick_place_voxel_bytes(grid, &place);
     while (1u << block->macro_shift < grid->macrocell)
         block->macro_shift++;
+    block->part_shift = VR_ISO_PART_SHIFT;
+    while ((uint32_t)VR_ISO_PART << block->part_row < grid->edge)
+        block->part_row++;
     for (int i = 0; i < 3; i++) {
         block->lo[i] = place.lo[i];
         block->first[i] = (int32_t)grid->border;
@@ -29,6 +32,7 @@ void vr_iso_block_of_brick(const struct brick_grid *grid, uint64_t id, const voi
         block->edge_low[i] = place.at[i] == 0;
         block->edge_high[i] = place.at[i] + 1 == level->bricks[i];
         block->macros[i] = (int32_t)place.macrocells[i];
+        block->parts[i] = (int32_t)(place.core[i] + VR_ISO_PART - 1) / VR_ISO_PART;
     }
     block->row = place.stored[0];
     block->slice = (size_t)place.stored[0] * place.stored[1];

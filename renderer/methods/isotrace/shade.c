@@ -90,6 +90,18 @@ static bool facing_light(const struct vr_iso_shading *s, const double view[3], c
     return *diffuse > 0.0;
 }
 
+/* x^n; most exponents are small integers, for which pow is slow. */
+static double power(double x, double n)
+{
+    if (!(n >= 0.0 && n < 256.0 && n == floor(n)))
+        return pow(x, n);
+    double product = 1.0;
+    for (unsigned i = (unsigned)n; i; i >>= 1, x *= x)
+        if (i & 1)
+            product *= x;
+    return product;
+}
+
 static void view_of(const struct vr_iso_shading *s, const struct brick_ray *ray, double view[3])
 {
     for (int i = 0; i < 3; i++)
@@ -127,7 +139,7 @@ static void shade_hit(const struct vr_iso_shading *s, const double view[3], cons
             highlight = normalize(half) ? fmax(0.0, fmin(dot(n, half), 1.0)) : 0.0;
         }
         if (highlight > 0.0 && s->specular > 0.0)
-            shine = s->specular * pow(highlight, s->shininess);
+            shine = s->specular * power(highlight, s->shininess);
     }
     for (int c = 0; c < 3; c++)
         out[c] = rgb[c] * (s->ambient + hit->light * s->diffuse * diffuse) + hit->light * shine;

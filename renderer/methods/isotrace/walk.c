@@ -3,21 +3,23 @@
  * Invariants: the cells that a ray visits, and the t at which it passes from one to the next, follow from the
  * ray alone: t of a plane is computed from the plane's integer, crossings are ordered by t and then by axis,
  * and every level of the hierarchy takes its subset of that one sequence. So neither the size of bricks and
- * macrocells nor skipping changes a bit of the picture, and cells are passed without gap or overlap. */
+ * parts nor skipping changes a bit of the picture, and cells are passed without gap or overlap. */
 #include "walk.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "map.h"
 #include "pins.h"
 
 static void set_up(struct vr_iso_ray *r, const struct brick_level *level, const struct brick_ray *ray,
                    double enter_mm, double leave_mm)
 {
     for (int i = 0; i < 3; i++) {
-        r->origin[i] = (ray->origin[i] - level->offset[i]) / level->scale[i];
-        r->direction[i] = ray->direction[i] / level->scale[i];
+        const double per_voxel = 1.0 / level->scale[i]; /* exact: powers of 2 */
+        r->origin[i] = (ray->origin[i] - level->offset[i]) * per_voxel;
+        r->direction[i] = ray->direction[i] * per_voxel;
         r->pace[i] = 1.0 / r->direction[i];
         /* So slow that no plane is met within any distance that a double resolves: it runs along. */
         r->moves[i] = isfinite(r->pace[i]);
@@ -63,7 +65,7 @@ static void next_brick(struct vr_iso_walk *w)
 
 static void to_active_brick(struct vr_iso_walk *w)
 {
-    while (!w->done && !w->frame->active[w->index])
+    while (!w->done && !vr_iso_map_state(w->frame->map, (uint64_t)w->index))
         next_brick(w);
 }
 
@@ -82,7 +84,7 @@ void vr_iso_start(struct vr_iso_walk *w, const struct brick_ray *ray, double ent
         return;
     for (int i = 2; i >= 0; i--) {
         int64_t cell = vr_iso_cell_on(&w->ray, i, w->t, -1);
-        w->at[i] = cell < 0 ? 0 : cell / (int64_t)frame->grid->edge;
+        w->at[i] = cell < 0 ? 0 : cell >> frame->map->edge_shift;
         if (w->at[i] >= (int64_t)level->bricks[i])
             w->at[i] = (int64_t)level->bricks[i] - 1;
         w->next[i] = leaves(frame, &w->ray, i, w->at[i]);
@@ -91,9 +93,10 @@ void vr_iso_start(struct vr_iso_walk *w, const struct brick_ray *ray, double ent
     to_active_brick(w);
 }
 
-static int go_through(struct vr_iso_walk *w, const struct vr_iso_block *block, struct brick_error *err)
+static int go_through(struct vr_iso_walk *w, const struct vr_iso_block *block,
+                      const atomic_uint_least64_t *bits, struct brick_error *err)
 {
-    int code = w->frame->kernel->through(w, block, w->t, w->axis, err);
+    int code = w->frame->kernel->through(w, block, bits, w->t, w->axis, err);
     if (code < 0)
         return code;
     w->done = code > 0 || w->frame->flat;
@@ -104,27 +107,48 @@ static int go_through(struct vr_iso_walk *w, const struct vr_iso_block *block, s
     return BRICK_OK;
 }
 
+/* A level as one block is one part. */
+static const atomic_uint_least64_t flat_bits = 1;
+
 int vr_iso_trace(struct vr_iso_walk *walks, size_t n, struct vr_iso_pin *pin, struct brick_error *err)
 {
-    int code = BRICK_OK;
-    for (;;) {
-        const struct vr_iso_walk *nearest = NULL;
-        for (size_t i = 0; i < n; i++)
-            if (!walks[i].done && (!nearest || walks[i].t < nearest->t))
-                nearest = &walks[i];
-        if (!nearest)
-            return BRICK_OK;
-        const struct vr_iso_frame *frame = nearest->frame;
+    struct vr_iso_walk *walk[VR_ISO_RAYS]; /* under way */
+    double t[VR_ISO_RAYS];
+    size_t waiting = 0;
+    for (size_t i = 0; i < n; i++)
+        if (!walks[i].done) {
+            t[waiting] = walks[i].t;
+            walk[waiting++] = &walks[i];
+        }
+    while (waiting) {
+        size_t nearest = 0, left = 0;
+        for (size_t i = 1; i < waiting; i++)
+            nearest = t[i] < t[nearest] ? i : nearest;
+        const struct vr_iso_frame *frame = walk[nearest]->frame;
         const struct vr_iso_block *block = frame->flat;
-        int64_t index = nearest->index;
-        if (!block)
-            code = vr_iso_pin_get(pin, frame->level->first_brick + (uint64_t)index, &block, err);
-        for (size_t i = 0; i < n && !code; i++)
-            if (!walks[i].done && walks[i].index == index)
-                code = go_through(&walks[i], block, err);
-        if (code)
-            return code;
+        const atomic_uint_least64_t *bits = &flat_bits;
+        const int64_t index = walk[nearest]->index;
+        if (!block) {
+            int code = vr_iso_pin_get(pin, frame->level->first_brick + (uint64_t)index, &block, err);
+            if (code)
+                return code;
+            bits = vr_iso_map_look(frame->map, frame, (uint64_t)index, block);
+        }
+        for (size_t i = 0; i < waiting; i++) {
+            struct vr_iso_walk *w = walk[i];
+            if (w->index == index) {
+                int code = go_through(w, block, bits, err);
+                if (code)
+                    return code;
+            }
+            if (!w->done) {
+                t[left] = w->t;
+                walk[left++] = w;
+            }
+        }
+        waiting = left;
     }
+    return BRICK_OK;
 }
 
 void vr_iso_walk_finish(struct vr_iso_walk *walk)

@@ -19,6 +19,9 @@ struct vr_iso_level {
     int32_t split_int;
 };
 
+/* A brick's parts are VR_ISO_PART^3 cells. */
+enum { VR_ISO_PART = 4, VR_ISO_PART_SHIFT = 2 };
+
 /* A block of voxels that holds everything a sample of its cells needs: a stored brick, or a whole level.
  * Plane and cell coordinates are the level's, as offsets from lo. */
 struct vr_iso_block {
@@ -28,9 +31,11 @@ struct vr_iso_block {
     int32_t first[3];   /* the cells that are the block's, without the half cells outside the volume */
     int32_t end[3];
     bool edge_low[3],
-        edge_high[3]; /* the volume ends there: no ray leaves, and the half cell is the block's too */
-    uint32_t macro_shift;
+        edge_high[3];     /* the volume ends there: no ray leaves, and the half cell is the block's too */
+    uint32_t macro_shift; /* log2 of a macrocell's edge */
     int32_t macros[3];
+    uint32_t part_shift, part_row; /* log2 of a part's edge, and of how many a whole brick has on an axis */
+    int32_t parts[3];
     size_t row, slice;        /* strides in voxels */
     const uint32_t *table[3]; /* tiled: where a coordinate's voxels are, to be added up */
 };
@@ -53,15 +58,21 @@ struct vr_iso_hit {
 enum vr_iso_phase { VR_ISO_TRAVERSAL, VR_ISO_INTERSECTION, VR_ISO_SHADING };
 
 struct vr_iso_walk;
-/* Go through a block that the ray enters at t through a plane of `axis` (-1: starts inside). 0: left it; 1:
- * the ray has ended; or a negative enum brick_result. */
-typedef int vr_iso_through(struct vr_iso_walk *walk, const struct vr_iso_block *block, double t, int axis,
-                           struct brick_error *err);
+struct vr_iso_frame;
+/* Go through a block that the ray enters at t through a plane of `axis` (-1: starts inside), in the parts
+ * whose bits are set. 0: left it; 1: the ray has ended; or a negative enum brick_result. */
+typedef int vr_iso_through(struct vr_iso_walk *walk, const struct vr_iso_block *block,
+                           const atomic_uint_least64_t *bits, double t, int axis, struct brick_error *err);
+/* A word of a block's bits: through which of its parts a surface passes, by the ranges of macrocells and, in
+ * those, by the voxels; or all of them, without skipping. */
+typedef uint64_t vr_iso_parts(const struct vr_iso_frame *frame, const struct vr_iso_block *block,
+                              size_t word);
 typedef void vr_iso_gradient(const struct vr_iso_block *block, const int32_t at[3], const double f[3],
                              double gradient[3]);
 
 struct vr_iso_kernel {
     vr_iso_through *through;
+    vr_iso_parts *parts;
     vr_iso_gradient *gradient;
 };
 /* Of a stored type; tiled: for blocks with tables. */
@@ -74,7 +85,7 @@ struct vr_iso_frame {
     const struct vr_iso_kernel *kernel;
     struct vr_iso_level surface[VR_ISO_MAX_SURFACES];
     uint32_t surfaces;
-    const uint8_t *active;           /* one byte a brick of the level */
+    struct vr_iso_map *map;          /* where they may be */
     const struct vr_iso_block *flat; /* the whole level as one block, or NULL */
     double termination;
     bool skip;
@@ -111,8 +122,9 @@ struct vr_iso_walk {
 void vr_iso_start(struct vr_iso_walk *walk, const struct brick_ray *ray, double enter_mm, double leave_mm);
 
 struct vr_iso_pin;
-/* Follow n started rays to their ends, brick by brick, the nearest brick first: a brick is pinned for all the
- * rays that wait for it. */
+enum { VR_ISO_RAYS = 128 };
+/* Follow n started rays, VR_ISO_RAYS at most, to their ends, brick by brick, the nearest brick first: a brick
+ * is pinned for all the rays that wait for it. */
 int vr_iso_trace(struct vr_iso_walk *walks, size_t n, struct vr_iso_pin *pin, struct brick_error *err);
 void vr_iso_walk_finish(struct vr_iso_walk *walk);
 
@@ -173,22 +185,16 @@ static inline int32_t vr_iso_block_cell(const struct vr_iso_ray *ray, const stru
     return cell < first ? first : cell >= end ? end - 1 : (int32_t)cell;
 }
 
-/* Where the ray leaves a macrocell on an axis; at the volume's edge nowhere. */
-static inline double vr_iso_macro_exit(const struct vr_iso_ray *ray, const struct vr_iso_block *block,
-                                       int axis, int32_t macro, int32_t macros, uint32_t shift)
+/* A part's cells on an axis: [first, end). At the volume's edge the half cell is one of them. */
+static inline int32_t vr_iso_part_first(const struct vr_iso_block *block, int axis, int32_t part)
 {
-    int32_t plane = block->first[axis] + (macro << shift);
-    if (ray->up[axis]) {
-        plane += INT32_C(1) << shift;
-        if (macro + 1 == macros) {
-            if (block->edge_high[axis])
-                return INFINITY;
-            plane = block->end[axis];
-        }
-    } else if (macro == 0 && block->edge_low[axis]) {
-        return INFINITY;
-    }
-    return vr_iso_meets(ray, axis, block->lo[axis] + plane);
+    return block->first[axis] + (part ? part << block->part_shift : -(int32_t)block->edge_low[axis]);
+}
+
+static inline int32_t vr_iso_part_end(const struct vr_iso_block *block, int axis, int32_t part)
+{
+    return part + 1 == block->parts[axis] ? block->end[axis]
+                                          : block->first[axis] + ((part + 1) << block->part_shift);
 }
 
 #endif
