@@ -20,15 +20,35 @@
 
 static const struct brick_transfer_point points[] = {
     {150, 0.2, 0.1, 0.1, 0.0}, {300, 0.9, 0.3, 0.1, 0.1}, {500, 0.1, 0.9, 0.1, 0.02}, {900, 1, 1, 0.9, 0.7}};
+/* Peaks between transparent values, narrower than what a voxel's way changes. */
+static const struct brick_transfer_point peaks[] = {
+    {205, 1, 0, 0, 0.0},   {211, 0.9, 0.3, 0.1, 0.6}, {214, 0, 0, 1, 0.0}, {500.5, 0, 1, 0, 0.0},
+    {500.5, 0, 1, 0, 0.8}, {503, 1, 1, 0, 0.2},       {503, 1, 1, 0, 0.0}};
 static int16_t voxels[NX * NY * NZ];
 
-static void fill(struct memory_source *source)
+/* Blobs in empty space, with some noise. */
+static int16_t blobs(int i)
 {
-    for (int i = 0; i < NX * NY * NZ; i++) {
-        double x = i % NX, y = i / NX % NY, z = i / NX / NY;
-        double v = 1100.0 * sin(0.11 * x + 0.3) * sin(0.13 * y) * cos(0.09 * z) - 150.0;
-        voxels[i] = (int16_t)(v < 0.0 ? 0.0 : v + (double)(noise64(3, (uint64_t)i) % 40));
-    }
+    double x = i % NX, y = i / NX % NY, z = i / NX / NY;
+    double v = 1100.0 * sin(0.11 * x + 0.3) * sin(0.13 * y) * cos(0.09 * z) - 150.0;
+    return (int16_t)(v < 0.0 ? 0.0 : v + (double)(noise64(3, (uint64_t)i) % 40));
+}
+
+/* From face to face of bricks of 16, nothing in those beside them: what shows between two values shows where
+ * a slab leads out of such a brick, or into it. */
+static int16_t boxes(int i)
+{
+    const int at[3] = {i % NX, i / NX % NY, i / NX / NY};
+    bool inside = true;
+    for (int a = 0; a < 3; a++)
+        inside = inside && at[a] / 16 % 2 == 0 && at[a] % 16 != 0;
+    return inside ? (int16_t)(900 + noise64(11, (uint64_t)i) % 100) : 0;
+}
+
+static void fill(struct memory_source *source, int16_t (*field)(int))
+{
+    for (int i = 0; i < NX * NY * NZ; i++)
+        voxels[i] = field(i);
     memory_source_init(source, BRICK_I16, NX, NY, NZ, voxels);
     /* Voxels that are not cubes, and an axis that runs backwards. */
     source->base.geometry.affine[0][0] = -0.8;
@@ -69,18 +89,20 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
     }
 }
 
-/* Kinds of slices: mode and what else may matter. */
-#define KINDS 8
+/* Kinds of slices: mode and what else may matter. From SLABS on pre-integrated. */
+#define SLABS 8
+#define KINDS 13
 static void kind_of(int kind, struct vr_scene *scene, struct vr_quality *quality)
 {
-    static const enum brick_mode modes[KINDS] = {BRICK_MODE_DVR, BRICK_MODE_SHADED, BRICK_MODE_MIP,
-                                                 BRICK_MODE_DVR, BRICK_MODE_DVR,    BRICK_MODE_DVR,
-                                                 BRICK_MODE_DVR, BRICK_MODE_SHADED};
+    static const enum brick_mode modes[KINDS] = {
+        BRICK_MODE_DVR, BRICK_MODE_SHADED, BRICK_MODE_MIP,    BRICK_MODE_DVR, BRICK_MODE_DVR,
+        BRICK_MODE_DVR, BRICK_MODE_DVR,    BRICK_MODE_SHADED, BRICK_MODE_DVR, BRICK_MODE_SHADED,
+        BRICK_MODE_DVR, BRICK_MODE_SHADED, BRICK_MODE_SHADED};
     scene->mode = modes[kind];
     quality->method = VR_METHOD_SLICES;
     quality->slices.planes = 0;
     quality->step_vox = kind == 6 ? 40.0 : 0.7; /* a few slices, thicker than bricks */
-    quality->slices.back_to_front = kind == 3;
+    quality->slices.back_to_front = kind == 3 || kind == 11;
     if (kind == 4) {
         quality->classification = VR_CLASSIFY_PRE;
         quality->slices.classified_bits = 8;
@@ -90,13 +112,23 @@ static void kind_of(int kind, struct vr_scene *scene, struct vr_quality *quality
         quality->slices.interpolation = VR_INTERPOLATION_POINT;
         quality->slices.framebuffer = VR_FRAMEBUFFER_16F;
     }
+    if (kind < SLABS)
+        return;
+    quality->classification = VR_CLASSIFY_PREINTEGRATED;
+    quality->step_vox = 0.4;
+    if (kind == 10)
+        quality->slices.framebuffer = VR_FRAMEBUFFER_8;
+    if (kind == 10 || kind == 12) /* as thick as they may be */
+        quality->slices.planes = VR_PLANES_PAPER;
+    if (kind == 12)
+        quality->slices.interpolation = VR_INTERPOLATION_POINT;
 }
 
 static void draw_all(struct vr_renderer *renderer, const struct brick_grid *grid,
-                     const struct brick_transfer *transfer, bool skip, struct brick_image *images, bool first,
-                     const char *what)
+                     const struct brick_transfer *transfer, int from, bool skip, struct brick_image *images,
+                     bool first, const char *what)
 {
-    for (int kind = 0; kind < KINDS; kind++)
+    for (int kind = from; kind < KINDS; kind++)
         for (int view = 0; view < VIEWS; view++) {
             struct vr_scene scene = vr_scene_defaults;
             struct vr_quality quality = vr_quality_defaults;
@@ -116,15 +148,14 @@ static void draw_all(struct vr_renderer *renderer, const struct brick_grid *grid
         }
 }
 
-static void bricks_and_caches(void **state)
+/* Kinds `from` on. */
+static void check(int16_t (*field)(int), struct brick_transfer *transfer, int from)
 {
     static const uint32_t edges[] = {16, 32, 64};
-    static struct brick_image images[KINDS * VIEWS];
+    struct brick_image images[KINDS * VIEWS] = {{0}};
     struct memory_source source;
     bool drawn = false;
-    (void)state;
-    fill(&source);
-    struct brick_transfer *transfer = transfer_of(points, 4);
+    fill(&source, field);
     for (int e = 0; e < 3; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
         for (int kind = 0; kind < 4; kind++) { /* plenty, no skipping, little memory, OSMesa */
@@ -138,17 +169,30 @@ static void bricks_and_caches(void **state)
             if (!renderer)
                 continue;
             snprintf(line, sizeof line, "bricks of %u, way %d", edges[e], kind);
-            draw_all(renderer, brick_volume_grid(volume), transfer, kind != 1, images, !drawn, line);
+            draw_all(renderer, brick_volume_grid(volume), transfer, from, kind != 1, images, !drawn, line);
             drawn = true;
             vr_renderer_destroy(&renderer);
         }
         brick_volume_close(&volume);
     }
     brick_transfer_destroy(&transfer);
-    for (int i = 0; i < KINDS * VIEWS && drawn; i++)
+    for (int i = 0; i < KINDS * VIEWS; i++)
         brick_image_finish(&images[i]);
     if (!drawn)
         skip();
+}
+
+static void bricks_and_caches(void **state)
+{
+    (void)state;
+    check(blobs, transfer_of(points, 4), 0);
+}
+
+static void slabs_from_brick_to_brick(void **state)
+{
+    (void)state;
+    check(blobs, transfer_of(peaks, sizeof peaks / sizeof *peaks), SLABS);
+    check(boxes, transfer_of(peaks, sizeof peaks / sizeof *peaks), SLABS);
 }
 
 /* Against exact, from everywhere and with clip planes: second order, and as wrong as that at most. */
@@ -157,7 +201,7 @@ static void converges(void **state)
     struct memory_source source;
     struct brick_error err = {0};
     (void)state;
-    fill(&source);
+    fill(&source, blobs);
     struct brick_volume *volume = volume_of(&source, 16);
     struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
     struct brick_transfer *transfer = transfer_of(points, 4);
@@ -211,7 +255,7 @@ static void ends_early(void **state)
     struct memory_source source;
     struct brick_error err = {0};
     (void)state;
-    fill(&source);
+    fill(&source, blobs);
     struct brick_volume *volume = volume_of(&source, 16);
     struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
     struct brick_transfer *transfer = transfer_of(points, 4);
@@ -250,6 +294,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bricks_and_caches),
+        cmocka_unit_test(slabs_from_brick_to_brick),
         cmocka_unit_test(converges),
         cmocka_unit_test(ends_early),
     };
