@@ -163,6 +163,8 @@ static void check(int16_t (*field)(int), struct brick_transfer *transfer, int fr
             char line[64];
             if (kind == 2) /* room for a few bricks of colours, 4 bytes a voxel */
                 params.gpu_cache_bytes = slots_bytes(volume, edges[e] == 64 ? 2 : 16);
+            if (kind == 3 && e > 0)
+                continue;
             if (kind == 3)
                 params.context = VR_CONTEXT_OSMESA;
             struct vr_renderer *renderer = renderer_of(volume, &params);
