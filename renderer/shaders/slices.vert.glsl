@@ -1,5 +1,6 @@
 /* A corner of a polygon, pulled from lists: a vertex is (x, y in the framebuffer's pixels as bits of floats, number of its
- * box, number of its plane), a box three elements: voxels from low (and whether it is of a rim) to high (exclusive), and texel = voxel + offset. */
+ * box, number of its plane), a box three elements: voxels from low to high (exclusive), texel = voxel + offset, and in the first
+ * one's w the side and sides of a rim, or 0. */
 uniform usamplerBuffer vertices, boxes;
 uniform vec2 pixel_to_clip;
 

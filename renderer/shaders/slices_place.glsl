@@ -1,6 +1,6 @@
 /* Points on a pixel's ray, the box that draws, and the field at a point, from the box's brick. */
 flat in ivec3 low, high, offset; /* texel = voxel + offset */
-flat in int plane, rim;
+flat in int plane, rim; /* rim: slices_slab.glsl */
 
 struct Place {
     ivec3 cell;

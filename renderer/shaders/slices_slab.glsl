@@ -6,12 +6,27 @@
  *
  * A slab that leads from brick to brick belongs to the one at its back, or to the one in front where nothing in that at
  * the back is visible; where it is lit, to the one that its middle lies in, for only that one has the voxels of the gradient
- * there (vr_residency_touching brings it even if nothing in it is visible). It is drawn by the box of the macrocell that the
- * end, or the middle, lies in, or, where that macrocell is inactive, by the brick's rim. So who draws it depends on bricks alone
- * and not on the macrocells of another brick, which may not be there.
+ * there (vr_residency_touching brings it even if nothing in it is visible). There it is drawn by the box of the active
+ * macrocell that the middle or else an end lies in, or else, from where the end or the middle is, by the brick's rim: what is
+ * beyond may show, but its macrocells may not be there to ask.
  *
  * Along a ray the owners' bricks come in the order of depth, so slabs are blended in the order in which they lie. */
 #ifdef PREINTEGRATED
+/* Sides of the box's brick beyond which a voxel lies, a bit each: low x, high x, low y, ... */
+int beyond(ivec3 voxel)
+{
+    ivec3 away = (voxel >> brick_shift) - (low >> brick_shift);
+    ivec3 sides = ivec3(lessThan(away, ivec3(0))) + 2 * ivec3(greaterThan(away, ivec3(0)));
+    return sides.x | sides.y << 2 | sides.z << 4;
+}
+
+/* Of several sides that the slab leads through and that have a rim it belongs to the first. */
+bool on_rim(ivec3 at, ivec3 start, ivec3 end)
+{
+    int sides = (beyond(start) | beyond(end)) & rim;
+    return in_box(at) && (sides & -sides) << 6 == (rim & 63 << 6) && rim != 0;
+}
+
 bool owns(Place front, Place middle, Place back)
 {
     ivec3 start = owner(front.cell), end = owner(back.cell), centre = owner(middle.cell);
@@ -21,9 +36,15 @@ bool owns(Place front, Place middle, Place back)
     if (before.brick == behind.brick)
         return rim == 0 && (behind.live ? in_box(end) : before.live && in_box(start));
 #if MODE == MODE_SHADED
-    return in_box(centre) && locate(centre).live == (rim == 0);
+    Block between = locate(centre);
+    bool front_shows = before.brick == between.brick && before.live;
+    bool back_shows = behind.brick == between.brick && behind.live;
+    if (between.live || front_shows || back_shows)
+        return rim == 0 && in_box(between.live ? centre : back_shows ? end : start);
+    return on_rim(centre, start, end);
 #else
-    return behind.wanted ? in_box(end) && behind.live == (rim == 0) : in_box(start) && before.live == (rim == 0);
+    ivec3 at = behind.wanted ? end : start;
+    return (behind.wanted ? behind.live : before.live) ? rim == 0 && in_box(at) : on_rim(at, start, end);
 #endif
 }
 

@@ -34,15 +34,15 @@ static int16_t blobs(int i)
     return (int16_t)(v < 0.0 ? 0.0 : v + (double)(noise64(3, (uint64_t)i) % 40));
 }
 
-/* From face to face of bricks of 16, nothing in those beside them: what shows between two values shows where
- * a slab leads out of such a brick, or into it. */
-static int16_t boxes(int i)
+/* Blocks from face to face of macrocells, in some bricks of 16: what shows between two values shows where a
+ * slab leads out of a block, or into it, often into a brick where nothing shows, or not just there. */
+static int16_t blocks(int i)
 {
-    const int at[3] = {i % NX, i / NX % NY, i / NX / NY};
-    bool inside = true;
-    for (int a = 0; a < 3; a++)
-        inside = inside && at[a] / 16 % 2 == 0 && at[a] % 16 != 0;
-    return inside ? (int16_t)(900 + noise64(11, (uint64_t)i) % 100) : 0;
+    const uint64_t x = (uint64_t)(i % NX), y = (uint64_t)(i / NX % NY), z = (uint64_t)(i / NX / NY);
+    const bool brick = noise64(7, (z / 16 * 16 + y / 16) * 16 + x / 16) % 3;
+    const bool block = noise64(8, (z / 8 * 32 + y / 8) * 32 + x / 8) % 2;
+    const bool inside = x % 8 && y % 8 && z % 8;
+    return brick && block && inside ? (int16_t)(900 + noise64(11, (uint64_t)i) % 100) : 0;
 }
 
 static void fill(struct memory_source *source, int16_t (*field)(int))
@@ -193,8 +193,8 @@ static void bricks_and_caches(void **state)
 static void slabs_from_brick_to_brick(void **state)
 {
     (void)state;
+    check(blocks, transfer_of(peaks, sizeof peaks / sizeof *peaks), SLABS);
     check(blobs, transfer_of(peaks, sizeof peaks / sizeof *peaks), SLABS);
-    check(boxes, transfer_of(peaks, sizeof peaks / sizeof *peaks), SLABS);
 }
 
 /* Against exact, from everywhere and with clip planes: second order, and as wrong as that at most. */

@@ -52,7 +52,7 @@ static void set_seen(struct vr_stack *stack, const struct vr_frame *frame)
     const struct brick_level *level = frame->level;
     double position[3][4], inverse[3][4], rows[3][4];
     for (int a = 0; a < 3; a++) {
-        position[a][0] = v->dir[a] / level->scale[a];
+        position[a][0] = stack->dir[a] = v->dir[a] / level->scale[a];
         position[a][1] = (stack->perspective ? v->dir_u : v->origin_u)[a] / level->scale[a];
         position[a][2] = (stack->perspective ? v->dir_v : v->origin_v)[a] / level->scale[a];
         position[a][3] = stack->eye[a] = (v->origin[a] - level->offset[a]) / level->scale[a];

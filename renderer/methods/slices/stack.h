@@ -15,7 +15,7 @@ struct vr_stack {
     double first_mm, spacing_mm;
     int count;
     double low[3], high[3];             /* level 0's box in the level's index space */
-    double eye[3];                      /* perspective, in that space */
+    double eye[3], dir[3];              /* in that space: perspective; where the middle of the view leads */
     double seen[3][4];                  /* index -> depth and place in the picture (struct vr_corner) */
     double mm[3];                       /* index units a mm across each axis' faces */
     double pixel_mm;                    /* a pixel's edge; in perspective at a depth of 1 mm */
