@@ -110,8 +110,6 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--path goes without --camera and --eye");
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
-    if (request->setup && request->classification == VR_CLASSIFY_PREINTEGRATED)
-        return tool_misuse("render", "--setup geometry goes with --classification post");
     if ((request->has_setup || request->offset) && !marches)
         return tool_misuse("render", "--setup and --offset go with --method raycast or multipass");
     if (request->has_pass_steps && request->method != VR_METHOD_MULTIPASS)

@@ -355,8 +355,6 @@ int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_ma
     struct round round = {.passes = passes, .count = count};
     if (frame->quality->classification == VR_CLASSIFY_PRE)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method classifies values, not voxels");
-    if (frame->prefixes && has_bounds(frame))
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "ray set-up by geometry goes with post-classification");
     int result = frame->prefixes ? check_step(frame, err) : BRICK_OK;
     if (!result)
         result = rays_resize(&m->rays, frame->context, image, uses_depth(&round),
