@@ -341,7 +341,7 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_classification, .limits = {.choices = classifications},
          .help = "post (default): the value at each sample; pre: voxels\n(slices); preintegrated: all values "
                  "between two "
-                 "samples,\nsteps up to a voxel (raycast)"},
+                 "samples,\nsteps up to a voxel"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"refine", .value = "HOW", .parse = tool_parse_choice, .target = &r.refine, .given = &r.has_refine,

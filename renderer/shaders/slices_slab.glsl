@@ -29,13 +29,12 @@ bool on_rim(ivec3 at, ivec3 start, ivec3 end)
 
 bool owns(Place front, Place middle, Place back)
 {
-    ivec3 start = owner(front.cell), end = owner(back.cell), centre = owner(middle.cell);
-    if (!in_box(start) && !in_box(end) && !in_box(centre))
-        return false;
+    ivec3 start = owner(front.cell), end = owner(back.cell);
     Block before = locate(start), behind = locate(end);
     if (before.brick == behind.brick)
         return rim == 0 && (behind.live ? in_box(end) : before.live && in_box(start));
 #if MODE == MODE_SHADED
+    ivec3 centre = owner(middle.cell);
     Block between = locate(centre);
     bool front_shows = before.brick == between.brick && before.live;
     bool back_shows = behind.brick == between.brick && behind.live;

@@ -88,7 +88,7 @@ enum vr_interpolation { VR_INTERPOLATION_TRILINEAR, VR_INTERPOLATION_POINT /* th
 enum vr_framebuffer { VR_FRAMEBUFFER_8, VR_FRAMEBUFFER_16F, VR_FRAMEBUFFER_32F };
 
 /* As many planes as make one a smallest voxel edge (Wilson et al., section 2.2.4: for voxels that are not
- * cubes the paper takes the edge along z). */
+ * cubes the paper takes the edge along z); pre-integrated as many more as let no ray pass over a voxel. */
 #define VR_PLANES_PAPER UINT32_MAX
 
 /* What slices alone have. */
@@ -105,7 +105,8 @@ enum vr_classification {
     VR_CLASSIFY_POST,         /* of the field's value at each sample */
     VR_CLASSIFY_PRE,          /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
     VR_CLASSIFY_PREINTEGRATED /* of all values between two samples, the field being linear from one to the
-                                 other */
+                                 other; dvr and shaded, emission scaled by extinction, steps of up to a voxel
+                               */
 };
 
 /* How it is computed: speed against error. */
