@@ -47,6 +47,9 @@ struct vr_scene {
      * normals get their triangle's. */
     const struct vr_mesh *meshes; /* the caller's; lives for the call */
     uint32_t mesh_count;
+    /* 0, or a number that the caller gives: if it is that of the renderer's last picture with meshes, their
+     * arrays are as they were then, and are not taken over again. rgb may be another. */
+    uint64_t meshes_number;
 };
 extern const struct vr_scene vr_scene_defaults;
 
