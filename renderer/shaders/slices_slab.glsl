@@ -24,7 +24,7 @@ int beyond(ivec3 voxel)
 bool on_rim(ivec3 at, ivec3 start, ivec3 end)
 {
     int sides = (beyond(start) | beyond(end)) & rim;
-    return in_box(at) && (sides & -sides) << 6 == (rim & 63 << 6) && rim != 0;
+    return rim != 0 && in_box(at) && (sides & -sides) == rim >> 6;
 }
 
 bool owns(Place front, Place middle, Place back)

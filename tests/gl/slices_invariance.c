@@ -89,6 +89,14 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
     }
 }
 
+/* One oblique, one along a face of bricks. */
+static void set_clip(struct vr_scene *scene)
+{
+    scene->clip[0] = (struct vr_plane){{0.3, -0.5, 0.4}, -12.0};
+    scene->clip[1] = (struct vr_plane){{0.0, 0.0, -2.0}, -2.0 * 1.3 * 64};
+    scene->clip_count = 2;
+}
+
 /* Kinds of slices: mode and what else may matter. From SLABS on pre-integrated. */
 #define SLABS 8
 #define KINDS 13
@@ -122,6 +130,8 @@ static void kind_of(int kind, struct vr_scene *scene, struct vr_quality *quality
         quality->slices.planes = VR_PLANES_PAPER;
     if (kind == 12)
         quality->slices.interpolation = VR_INTERPOLATION_POINT;
+    if (kind == 10 || kind == 11)
+        set_clip(scene);
 }
 
 static void draw_all(struct vr_renderer *renderer, const struct brick_grid *grid,
@@ -197,12 +207,48 @@ static void slabs_from_brick_to_brick(void **state)
     check(blocks, transfer_of(peaks, sizeof peaks / sizeof *peaks), SLABS, KINDS);
 }
 
-/* Against exact, from everywhere and with clip planes: second order, and as wrong as that at most. */
-static void converges(void **state)
+/* Lit slabs read bricks around visible ones, and those around these never. */
+static void reads_no_more(void **state)
+{
+    struct memory_source source;
+    (void)state;
+    fill(&source, blocks);
+    for (int i = 0; i < NX * NY * NZ / 2; i++)
+        voxels[i] = 0;
+    struct brick_volume *volume = volume_of(&source, 16);
+    struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
+    struct brick_transfer *transfer = transfer_of(peaks, sizeof peaks / sizeof *peaks);
+    for (int turn = 0; turn < 3 && renderer; turn++) {
+        struct vr_scene scene = vr_scene_defaults;
+        struct vr_quality quality = vr_quality_defaults;
+        struct brick_image image;
+        struct vr_report report;
+        kind_of(SLABS + 1, &scene, &quality);
+        scene.transfer = transfer;
+        scene.width = scene.height = SIZE;
+        camera_of(0, brick_volume_grid(volume), &scene.camera);
+        render(renderer, &scene, &quality, &image, &report);
+        brick_image_finish(&image);
+        if (turn)
+            assert_true(report.bricks_loaded == 0);
+        else
+            assert_true(report.bricks_loaded > report.bricks_active &&
+                        report.bricks_loaded < report.bricks_total);
+    }
+    const bool drawn = renderer;
+    vr_renderer_destroy(&renderer);
+    brick_transfer_destroy(&transfer);
+    brick_volume_close(&volume);
+    if (!drawn)
+        skip();
+}
+
+/* Against exact, from everywhere and with clip planes: second order, and as wrong as that at most. Steps of
+ * `longest` voxel edges, and its halves. */
+static void check_order(enum vr_classification classification, double longest)
 {
     struct memory_source source;
     struct brick_error err = {0};
-    (void)state;
     fill(&source, blobs);
     struct brick_volume *volume = volume_of(&source, 16);
     struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
@@ -217,11 +263,8 @@ static void converges(void **state)
         scene.transfer = transfer;
         scene.width = scene.height = SIZE;
         camera_of(view, brick_volume_grid(volume), &scene.camera);
-        if (round >= VIEWS) { /* one oblique, one along a face of bricks */
-            scene.clip[0] = (struct vr_plane){{0.3, -0.5, 0.4}, -12.0};
-            scene.clip[1] = (struct vr_plane){{0.0, 0.0, -2.0}, -2.0 * 1.3 * 64};
-            scene.clip_count = 2;
-        }
+        if (round >= VIEWS)
+            set_clip(&scene);
         assert_int_equal(brick_image_init(&exact, SIZE, SIZE, &err), 0);
         if (vr_render_exact(volume, &scene, &vr_exact_defaults, &exact, NULL, &err))
             fail_msg("%s", err.message);
@@ -229,7 +272,8 @@ static void converges(void **state)
             quality.method = VR_METHOD_SLICES;
             quality.termination = 0.0;
             quality.slices.planes = 0;
-            quality.step_vox = ldexp(1.0, -i);
+            quality.classification = classification;
+            quality.step_vox = ldexp(longest, -i);
             render(renderer, &scene, &quality, &image, NULL);
             assert_int_equal(brick_image_compare(&image, &exact, &d, &err), 0);
             brick_image_finish(&image);
@@ -248,6 +292,19 @@ static void converges(void **state)
     brick_volume_close(&volume);
     if (!drawn)
         skip();
+}
+
+static void converges(void **state)
+{
+    (void)state;
+    check_order(VR_CLASSIFY_POST, 1.0);
+}
+
+/* From view 4 slanted rays pass a voxel between slices that far apart. */
+static void slabs_converge(void **state)
+{
+    (void)state;
+    check_order(VR_CLASSIFY_PREINTEGRATED, 0.44);
 }
 
 /* Rays that end early, and bricks that are then hidden. */
@@ -295,10 +352,9 @@ static void ends_early(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bricks_and_caches),
-        cmocka_unit_test(slabs_from_brick_to_brick),
-        cmocka_unit_test(converges),
-        cmocka_unit_test(ends_early),
+        cmocka_unit_test(bricks_and_caches), cmocka_unit_test(slabs_from_brick_to_brick),
+        cmocka_unit_test(reads_no_more),     cmocka_unit_test(converges),
+        cmocka_unit_test(slabs_converge),    cmocka_unit_test(ends_early),
     };
     return cmocka_run_group_tests_name("slices_invariance", tests, NULL, NULL);
 }
