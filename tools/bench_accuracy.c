@@ -114,6 +114,8 @@ static void list_variants(struct bench *b)
     list_cells(b);
     add(b, "raycast, pre-integrated", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true)->classification =
         VR_CLASSIFY_PREINTEGRATED;
+    add_slices(b, "slices, pre-integrated", VR_FIELD_TRILINEAR, order)->classification =
+        VR_CLASSIFY_PREINTEGRATED;
 }
 
 static int draw_exact(struct bench *b, struct brick_error *err)

@@ -110,8 +110,6 @@ static int check_request(const struct tool_request *request)
         return tool_misuse("render", "--path goes without --camera and --eye");
     if (request->has_fov && request->has_ortho)
         return tool_misuse("render", "--fov and --ortho exclude each other");
-    if (request->setup && request->classification == VR_CLASSIFY_PREINTEGRATED)
-        return tool_misuse("render", "--setup geometry goes with --classification post");
     if ((request->has_setup || request->offset) && !marches)
         return tool_misuse("render", "--setup and --offset go with --method raycast or multipass");
     if (request->has_pass_steps && request->method != VR_METHOD_MULTIPASS)
@@ -343,7 +341,7 @@ int cmd_render(int argc, char **argv)
          .given = &r.has_classification, .limits = {.choices = classifications},
          .help = "post (default): the value at each sample; pre: voxels\n(slices); preintegrated: all values "
                  "between two "
-                 "samples,\nsteps up to a voxel (raycast)"},
+                 "samples,\nsteps up to a voxel"},
         {"refinements", .value = "N", .parse = tool_parse_u32, .target = &r.quality.refinements,
          .given = &r.has_refinements, .limits = {.min = 0, .max = 60}, .help = "iso: bisections at a hit"},
         {"refine", .value = "HOW", .parse = tool_parse_choice, .target = &r.refine, .given = &r.has_refine,

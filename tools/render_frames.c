@@ -72,6 +72,7 @@ static int load_meshes(struct studio *studio, struct brick_error *err)
     }
     studio->scene.meshes = studio->drawn;
     studio->scene.mesh_count = (uint32_t)request->mesh.count;
+    studio->scene.meshes_number = 1; /* the same in all frames */
     return code;
 }
 

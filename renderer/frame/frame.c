@@ -36,29 +36,6 @@ static int check_counts(const struct vr_frame *frame, struct brick_error *err)
     return BRICK_OK;
 }
 
-/* Both ends of a step must lie in cells that touch, at the most: shaders/segments.glsl. */
-static int check_preintegrated(const struct vr_frame *frame, struct brick_error *err)
-{
-    double inverse[3][4], longest = 0.0, step = frame->quality->step_vox;
-    if (frame->scene->mode != BRICK_MODE_DVR && frame->scene->mode != BRICK_MODE_SHADED)
-        return brick_fail(err, BRICK_ERR_ARGUMENT,
-                          "pre-integrated classification is for dvr and shaded: the other modes integrate "
-                          "nothing");
-    brick_affine_invert(frame->grid->affine, inverse);
-    for (int a = 0; a < 3; a++)
-        longest = fmax(longest, frame->step_mm *
-                                    sqrt(inverse[a][0] * inverse[a][0] + inverse[a][1] * inverse[a][1] +
-                                         inverse[a][2] * inverse[a][2]) /
-                                    frame->level->scale[a]);
-    if (longest > 1.0 + 1e-9)
-        return brick_fail(
-            err, BRICK_ERR_ARGUMENT,
-            "pre-integrated classification takes steps of up to %.4g voxel edges here, not %g: a step "
-            "may not pass over a cell",
-            step / longest, step);
-    return BRICK_OK;
-}
-
 int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const struct vr_quality *quality,
                   struct brick_error *err)
 {
@@ -71,8 +48,11 @@ int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const st
     frame->table = (struct vr_transfer_table){.search_steps = 1};
     frame->prefixes = NULL;
     const bool preintegrated = quality->classification == VR_CLASSIFY_PREINTEGRATED;
+    if (preintegrated && scene->mode != BRICK_MODE_DVR && scene->mode != BRICK_MODE_SHADED)
+        return brick_fail(err, BRICK_ERR_ARGUMENT,
+                          "pre-integrated classification is for dvr and shaded: the other modes integrate "
+                          "nothing");
     if ((result = check_counts(frame, err)) ||
-        (preintegrated && (result = check_preintegrated(frame, err))) ||
         (result =
              brick_view_init(&frame->view, &scene->camera, frame->grid, scene->width, scene->height, err)))
         return result;

@@ -53,8 +53,8 @@ struct vr_frame {
 void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *context);
 
 /* Fill in a frame from grid to prefixes; context, store, volume and residency are given. BRICK_ERR_ARGUMENT
- * and _UNSUPPORTED where samples or voxels cannot be counted, and for pre-integrated classification of what
- * it does not do. */
+ * and _UNSUPPORTED where samples or voxels cannot be counted, and for pre-integrated classification of a mode
+ * that integrates nothing. */
 int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const struct vr_quality *quality,
                   struct brick_error *err);
 void vr_frame_finish(struct vr_frame *frame);

@@ -29,6 +29,7 @@ static int write_mesh(struct vr_mesh_buffers *to, struct vr_context *context, co
     if (!result && mesh->colour)
         result =
             vr_buffer_write(&to->colours, context, GL_R32F, mesh->colour, n * sizeof(float), "a mesh", err);
+    brick_mesh_bounds(mesh, to->low_mm, to->high_mm);
     return result;
 }
 
@@ -84,9 +85,15 @@ static int make_layer(struct vr_mesh_layer *layer, struct vr_context *context, i
 int vr_meshes_begin(const struct vr_frame *frame, int width, int height, struct brick_error *err)
 {
     struct vr_mesh_layer *layer = &frame->store->meshes;
+    const uint64_t number = frame->scene->meshes_number;
     int result = make_layer(layer, frame->context, width, height, err);
+    if (result || (number && number == layer->number))
+        return result;
+    layer->number = 0;
     for (uint32_t m = 0; m < frame->scene->mesh_count && !result; m++)
         result = write_mesh(&layer->mesh[m], frame->context, frame->scene->meshes[m].mesh, err);
+    if (!result)
+        layer->number = number;
     return result;
 }
 
@@ -95,12 +102,11 @@ static double farthest(const struct vr_frame *frame, const struct vr_projection 
 {
     double far = 0.0;
     for (uint32_t m = 0; m < frame->scene->mesh_count; m++) {
-        double low[3], high[3];
-        brick_mesh_bounds(frame->scene->meshes[m].mesh, low, high);
+        const struct vr_mesh_buffers *mesh = &frame->store->meshes.mesh[m];
         for (int corner = 0; corner < 8; corner++) {
             double way = 0.0, distance = 0.0;
             for (int i = 0; i < 3; i++) {
-                double to = ((corner >> i & 1) ? high[i] : low[i]) - p->origin[i];
+                double to = ((corner >> i & 1) ? mesh->high_mm : mesh->low_mm)[i] - p->origin[i];
                 way += to * ahead[i];
                 distance = hypot(distance, to);
             }

@@ -10,11 +10,13 @@ struct vr_uniforms;
 
 struct vr_mesh_buffers {
     struct vr_buffer positions, triangles, normals, colours;
+    double low_mm[3], high_mm[3]; /* bounds */
 };
 
 /* What stays from picture to picture. A layer of zeros is empty. */
 struct vr_mesh_layer {
     struct vr_mesh_buffers mesh[VR_MAX_MESHES];
+    uint64_t number; /* the scene's of those in the buffers; 0: none */
     int width, height;
     GLuint way, colour,
         depth; /* GL_RG32UI: a double's bits, infinity where no mesh is; GL_RGBA32F, premultiplied */

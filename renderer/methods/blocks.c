@@ -62,6 +62,9 @@ static int gather(struct vr_blocks *b, const struct vr_frame *frame, const uint3
     const struct vr_macrocells *m = vr_residency_macrocells(frame->residency);
     const struct brick_level *l = frame->level;
     uint64_t bricks = l->bricks[0] * l->bricks[1] * l->bricks[2], hash = 1;
+    /* A pre-integrated step from brick to brick counts whatever the macrocells are (shaders/segments.glsl),
+     * and with a lossy codec something may show in one where neither brick has it. */
+    const bool whole = frame->prefixes && brick_volume_tolerance(frame->volume) > 0.0;
     int result = vr_residency_order(frame->residency, false, list, count, err);
     if (result)
         return result;
@@ -85,7 +88,8 @@ static int gather(struct vr_blocks *b, const struct vr_frame *frame, const uint3
     for (size_t i = 0; i < *count; i++) {
         uint32_t slot = vr_residency_slot(frame->residency, (*list)[i]);
         b->place[(*list)[i]] = (uint32_t)i + 1;
-        b->bits[i] = slot == UINT32_MAX ? NULL : m->words + (size_t)slot * 2 * (size_t)m->plane_words;
+        b->bits[i] =
+            whole || slot == UINT32_MAX ? NULL : m->words + (size_t)slot * 2 * (size_t)m->plane_words;
     }
     for (uint64_t i = 0; i < bricks; i++) {
         const uint32_t *bits = b->place[i] ? b->bits[b->place[i] - 1] : NULL;

@@ -1,6 +1,6 @@
 /* The bounding geometry of a picture (Scharsach 2005, sections 3 and 8): blocks at the border between active
  * and inactive ones, where blocks are macrocells. A brick that is not in the atlas has no macrocells yet, and
- * all of it is active. */
+ * all of it is active; so are bricks of lossy volumes where classification is pre-integrated. */
 #ifndef RENDERER_METHODS_BLOCKS_H
 #define RENDERER_METHODS_BLOCKS_H
 

@@ -326,6 +326,25 @@ static int look(struct vr_march *m, const struct vr_frame *frame, struct brick_i
     return result;
 }
 
+/* Both ends of a step must lie in cells that touch, at the most: shaders/segments.glsl. */
+static int check_step(const struct vr_frame *frame, struct brick_error *err)
+{
+    double inverse[3][4], longest = 0.0, step = frame->quality->step_vox;
+    brick_affine_invert(frame->grid->affine, inverse);
+    for (int a = 0; a < 3; a++)
+        longest = fmax(longest, frame->step_mm *
+                                    sqrt(inverse[a][0] * inverse[a][0] + inverse[a][1] * inverse[a][1] +
+                                         inverse[a][2] * inverse[a][2]) /
+                                    frame->level->scale[a]);
+    if (longest > 1.0 + 1e-9)
+        return brick_fail(
+            err, BRICK_ERR_ARGUMENT,
+            "pre-integrated classification takes steps of up to %.4g voxel edges here, not %g: a step "
+            "may not pass over a cell",
+            step / longest, step);
+    return BRICK_OK;
+}
+
 int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_march_pass *passes,
                   size_t count, struct brick_image *image, struct vr_report *report, struct brick_error *err)
 {
@@ -333,9 +352,9 @@ int vr_march_draw(struct vr_march *m, struct vr_frame *frame, const struct vr_ma
     struct round round = {.passes = passes, .count = count};
     if (frame->quality->classification == VR_CLASSIFY_PRE)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "this method classifies values, not voxels");
-    if (frame->prefixes && has_bounds(frame))
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED, "ray set-up by geometry goes with post-classification");
-    int result = rays_resize(&m->rays, frame->context, image, uses_depth(&round),
+    int result = frame->prefixes ? check_step(frame, err) : BRICK_OK;
+    if (!result)
+        result = rays_resize(&m->rays, frame->context, image, uses_depth(&round),
                              level->bricks[0] * level->bricks[1] * level->bricks[2], err);
     if (!result && (frame->deadline_ns != UINT64_MAX || frame->upload_bytes != UINT64_MAX))
         result = vr_residency_stand_in(frame->residency, err);

@@ -68,7 +68,7 @@ static void show(struct vr_residency *r, uint64_t b)
 {
     uint32_t s = r->slot_of[b];
     if (r->state[b] < BRICK_STATE_ACTIVE)
-        r->state[b] = BRICK_STATE_ACTIVE;
+        r->state[b] = STATE_ASKED;
     vr_resident_classify(r, s);
     vr_resident_set_page(r, b);
     r->changed_pages[r->changed_page_count++] = (uint32_t)b;
@@ -213,6 +213,44 @@ int vr_residency_stand_in(struct vr_residency *r, struct brick_error *err)
     }
     keep_stand_ins(r);
     return vr_resident_write_pages(r, err);
+}
+
+/* Ask for the bricks around one. One that happens to be resident has bits of another classification. */
+static bool ask_around(struct vr_residency *r, const uint64_t bricks[3], const uint64_t at[3])
+{
+    bool asked = false;
+    for (unsigned n = 0; n < 27; n++) {
+        const uint64_t next[3] = {at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1};
+        if (next[0] >= bricks[0] || next[1] >= bricks[1] || next[2] >= bricks[2])
+            continue;
+        const uint64_t b = (next[2] * bricks[1] + next[1]) * bricks[0] + next[0];
+        if (r->state[b] >= BRICK_STATE_ACTIVE)
+            continue;
+        r->state[b] = STATE_ASKED;
+        if (r->slot_of[b] != NO_SLOT)
+            vr_resident_classify(r, r->slot_of[b]);
+        asked = true;
+    }
+    return asked;
+}
+
+int vr_residency_touching(struct vr_residency *r, struct brick_error *err)
+{
+    const uint64_t *bricks = brick_volume_grid(r->volume)->level[r->level].bricks;
+    const uint8_t *state = r->state;
+    bool asked = false;
+    for (uint64_t z = 0; z < bricks[2]; z++)
+        for (uint64_t y = 0; y < bricks[1]; y++)
+            for (uint64_t x = 0; x < bricks[0]; x++, state++)
+                if (*state == BRICK_STATE_ACTIVE || *state == BRICK_STATE_WHOLE)
+                    asked |= ask_around(r, bricks, (const uint64_t[]){x, y, z});
+    if (!asked)
+        return BRICK_OK;
+    int result = vr_resident_write_pages(r, err);
+    if (!result)
+        result = vr_macrocells_upload(&r->macrocells, r->context, err);
+    r->stale = result;
+    return result;
 }
 
 int vr_residency_order(struct vr_residency *r, bool far_first, const uint32_t **bricks, size_t *count,

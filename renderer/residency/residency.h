@@ -56,6 +56,8 @@ int vr_residency_bring(struct vr_residency *residency, const struct vr_feedback 
  * are read now, if need be. */
 int vr_residency_stand_in(struct vr_residency *residency, struct brick_error *err);
 
+/* Ask for all bricks that touch one in which something is visible. Before vr_residency_order. */
+int vr_residency_touching(struct vr_residency *residency, struct brick_error *err);
 /* For methods that draw bricks one after the other, in batches: the picture's active bricks in the order in
  * which rays meet them, or the other way round. *bricks, of *count, is the residency's, and stands until the
  * next picture begins. */

@@ -19,6 +19,9 @@
 #define NO_SLOT  UINT32_MAX
 #define NO_LEVEL UINT32_MAX
 
+/* Beside enum brick_state: nothing in the brick is visible, and yet it is asked for. */
+#define STATE_ASKED (BRICK_STATE_WHOLE + 1)
+
 struct slot {
     uint64_t id;
     uint64_t used;       /* number of the last pass that wanted it */
@@ -56,7 +59,7 @@ struct vr_residency {
     uint32_t level; /* of the arrays below */
     uint64_t bricks;
     uint32_t *slot_of, *page;
-    uint8_t *state;
+    uint8_t *state;                /* enum brick_state, or STATE_ASKED */
     bool stale;                    /* the GPU does not have what the arrays say */
     struct vr_stand_ins stand_ins; /* all of them are in slots that are kept, but while they are brought */
 

@@ -111,7 +111,7 @@ bool ray_init(ivec2 pixel, out Ray ray)
     dvec3 step = d * step_mm / level_scale;
 #ifdef BOUNDS
     /* A piece more on either side, for rounding, and for the isosurface, which needs to know the side of the sample before
-     * and after. */
+     * and after, as pre-integrated pieces need the value. */
     double near = double(texelFetch(bounds_first, pixel - tile_origin, 0).r) * bounds_ahead * norm;
     double far = double(texelFetch(bounds_last, pixel - tile_origin, 0).r) * bounds_ahead * norm;
     near = floor((near * (1.0LF - 1.0e-6LF) - grid) / step_mm) - skipped - 1.0LF;

@@ -2,46 +2,16 @@
  * and opacity of the field integrated over the slice's thickness along the pixel's ray.
  *
  * The polygon is a little larger than the slice; a fragment belongs to the box that owns its sample's cell, so between boxes
- * no pixel is drawn twice and none is missed. The sample's place comes from the pixel and the slice's number alone, in double
- * precision: it knows neither bricks nor boxes. It lies in the middle of the part of the slice that is inside the span. */
+ * no pixel is drawn twice and none is missed. The sample's place comes from the pixel and the slice's number alone. It lies in
+ * the middle of the part of the slice that is inside the span; pre-integrated, samples are where that part begins and ends
+ * (slices_slab.glsl). */
 layout(early_fragment_tests) in; /* pixels that are opaque already have a depth that stops them */
 
-flat in ivec3 low, high, offset;
-flat in int plane;
 layout(location = 0) out vec4 colour;
 
 uniform usampler2D spans;              /* slices_span.glsl */
 uniform vec3 world, world_u, world_v;  /* a pixel's direction in world axes, with a depth of 1 */
 uniform float spacing_mm, per_unit;    /* a slice's depth; 1 / the length that independent emission counts in */
-
-float value_at(Cell c, ivec3 texel, vec3 f)
-{
-#ifdef POINT
-    return voxel(texel + ivec3(greaterThanEqual(f, vec3(0.5)))) * value_sign;
-#else
-    return cell_value(c, f);
-#endif
-}
-
-#if MODE == MODE_SHADED
-vec3 gradient_at(Cell c, ivec3 texel, vec3 f)
-{
-#ifdef POINT
-    const ivec2 e = ivec2(1, 0);
-    ivec3 t = texel + ivec3(greaterThanEqual(f, vec3(0.5)));
-    vec3 g = vec3(voxel(t + e.xyy) - voxel(t - e.xyy), voxel(t + e.yxy) - voxel(t - e.yxy),
-                  voxel(t + e.yyx) - voxel(t - e.yyx));
-#ifdef NONFINITE
-    for (int i = 0; i < 3; i++)
-        if ((floatBitsToUint(g[i]) & 0x7f800000u) == 0x7f800000u)
-            g[i] = 0.0;
-#endif
-    return 0.5 * g;
-#else
-    return cell_gradient(c, texel, f);
-#endif
-}
-#endif
 
 #ifdef PRECLASSIFIED
 uniform sampler2DArray colours; /* in the atlas's place: colour and opacity of a slice's thickness (methods/slices/palette.c) */
@@ -108,35 +78,30 @@ void main()
     float from = plane == first ? uintBitsToFloat(span.z) : 0.0;
     float to = plane == last ? uintBitsToFloat(span.w) : 1.0;
     dvec2 uv = pixel_centre(pixel);
-    double middle = double(plane) + 0.5LF * (double(from) + double(to));
-    precise double depth = first_depth + middle * spacing;
-    precise dvec3 p = ray_origin(uv) + depth * ray_direction(uv);
-    /* To 2^-32: a ray that lies in a face of bricks stays on one side of it, whatever is rounded on the way, so that no
-     * sample of it comes out of the order in which bricks are drawn. */
-    precise dvec3 fine = floor(p * 4294967296.0LF + 0.5LF), whole = floor(fine / 4294967296.0LF);
-    ivec3 cell = ivec3(whole), home = owner(cell);
-    if (plane < first || plane > last || any(lessThan(home, low)) || any(greaterThanEqual(home, high)))
+    Place at = place_at(uv, double(plane) + 0.5LF * (double(from) + double(to)));
+#ifdef PREINTEGRATED
+    Place front = place_at(uv, double(plane) + double(from)), back = place_at(uv, double(plane) + double(to));
+    bool mine = owns(front, at, back);
+#else
+    bool mine = in_box(owner(at.cell));
+#endif
+    if (plane < first || plane > last || !mine)
         discard;
 
-    vec3 f = vec3((fine - whole * 4294967296.0LF) / 4294967296.0LF);
-    ivec3 texel = cell + offset;
     vec3 direction = world;
     float part = to - from;
 #ifdef PERSPECTIVE
     direction += float(uv.x) * world_u + float(uv.y) * world_v;
     part *= length(direction);
 #endif
-#ifdef PRECLASSIFIED
-    colour = integrate_part(colour_at(texel, f), part);
+#if defined(PRECLASSIFIED)
+    colour = integrate_part(colour_at(at.cell + offset, at.f), part);
+#elif defined(PREINTEGRATED)
+    colour = slab(front, at, back, part * spacing_mm, normalize(direction));
 #else
     Cell c;
-#if !defined(POINT) || defined(NONFINITE)
-    c = cell_fetch(texel);
-    bool valid = cell_valid(c);
-#else
-    const bool valid = true;
-#endif
-    float v = value_at(c, texel, f);
+    float v;
+    bool valid = value_at(at, c, v);
 #if MODE == MODE_MIP
     colour = vec4(valid ? v : uintBitsToFloat(0xff800000u));
 #else
@@ -144,7 +109,7 @@ void main()
     float sigma = extinction(piece, v);
     vec3 rgb = emission(piece, v);
 #if MODE == MODE_SHADED
-    rgb = shade(rgb, gradient_at(c, texel, f), normalize(direction));
+    rgb = shade(rgb, gradient_at(at, c), normalize(direction));
 #endif
     colour = valid ? integrate(rgb, sigma, part * spacing_mm) : vec4(0.0);
 #endif

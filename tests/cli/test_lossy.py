@@ -57,11 +57,17 @@ class Lossy(cli.Case):
         self.brick("synth", "ct", "--size", "70x60x50", "--type", "i16", "--brick", "16", "--macrocell", "4", "--codec",
                    "zfp", "--tolerance", "40", "-o", "a.brick", "--quiet")
         for level in ["0", "1"]:
-            for mode in [["--tf", "ct-bone"], ["--mode", "iso", "--iso", "300"]]:
+            slabs = ["--tf", "ct-bone", "--method", "slices", "--classification", "preintegrated"]
+            steps = ["--tf", "ct-bone", "--classification", "preintegrated"]
+            for mode in [["--tf", "ct-bone"], ["--mode", "iso", "--iso", "300"], slabs, [*slabs, "--mode", "shaded"], steps,
+                         [*steps, "--setup", "geometry"]]:
                 for name, skip in [("a.exr", []), ("b.exr", ["--no-skip"])]:
                     self.brick("render", "a.brick", "--size", "64x64", "--camera", "30,20", "--level", level, "-o", name,
                                "--quiet", *mode, *skip)
                 self.assertEqual(self.read("a.exr"), self.read("b.exr"))
+            self.brick("render", "a.brick", "--size", "64x64", "--camera", "30,20", "--level", level, "-o", "b.exr",
+                       "--quiet", *steps)
+            self.assertEqual(self.read("a.exr"), self.read("b.exr"))
 
     def test_lossless_files_say_so(self):
         self.brick("synth", "ramp", "--size", "20x20x20", "--codec", "zstd-delta", "-o", "a.brick", "--quiet")

@@ -1,6 +1,7 @@
 """Slices on the real CT and on Marschner-Lobb: as wrong as their step and precision allow, whatever the caches."""
 
 import json
+import os
 
 import cli
 
@@ -39,6 +40,26 @@ class Slices(cli.Case):
 
     @cli.needs_ct
     @cli.needs_gl
+    def test_preintegrated(self):
+        """As rays do: the error falls by four as the step halves, and by 1.5 orders where it is lit; and it is theirs."""
+        self.ct()
+        for mode, least in [("dvr", 3), ("shaded", 2)]:
+            view = ["ct.brick", *BONE, "--mode", mode, "--classification", "preintegrated", "--termination", "0"]
+            exact = ["ct.brick", *BONE, "--mode", mode]
+            self.brick("render", *exact, "--method", "exact", "-o", "exact.exr")
+            errors = {method: [] for method in ["raycast", "slices"]}
+            for step in ["1", "0.5", "0.25", "0.125"]:
+                for method in errors:
+                    self.brick("render", *view, "--method", method, "--step", step, "-o", "a.exr")
+                    errors[method].append(self.json("compare", "a.exr", "exact.exr")["rmse"])
+            print(mode, errors)
+            for coarse, fine in zip(errors["slices"], errors["slices"][1:]):
+                self.assertGreater(coarse / fine, least)
+            for slices, rays in zip(errors["slices"], errors["raycast"]):
+                self.assertLess(slices, 1.25 * rays)
+
+    @cli.needs_ct
+    @cli.needs_gl
     def test_bits(self):
         """Rounded colours and pictures are as far off as the roundings of the slices on a ray together, and are off."""
         self.ct()
@@ -63,7 +84,8 @@ class Slices(cli.Case):
     def test_a_tenth_of_the_bricks(self):
         """Batches: the same bytes with a cache of a tenth of the active bricks, colours included."""
         self.ct()
-        for options in [[], ["--classification", "pre"], ["--order", "back"], ["--mode", "shaded"], ["--mode", "mip"]]:
+        for options in [[], ["--classification", "pre"], ["--order", "back"], ["--mode", "shaded"], ["--mode", "mip"],
+                        ["--classification", "preintegrated"], ["--classification", "preintegrated", "--mode", "shaded"]]:
             view = ["render", "ct.brick", *BONE, "--method", "slices", "--step", "1", *options]
             whole = json.loads(self.brick(*view, "-o", "whole.exr", "--json"))
             share = whole["bricks_active"] // 10
@@ -111,6 +133,13 @@ class Slices(cli.Case):
         self.fails(2, "--classification pre", *view, "--classified-bits", "8")
         self.fails(2, "--classification pre", *view, "--classification", "pre", "--mode", "shaded")
         self.fails(2, "--termination", *view, "--order", "back", "--termination", "0.1")
+        slabs = [*view, "--classification", "preintegrated"]
+        self.fails(1, "scaled by extinction", *slabs, "--emission", "independent")
+        self.fails(1, "at least 14 planes here, not 13", *slabs, "--planes", "13", "--ortho", "10")
+        self.fails(1, "up to 1 voxel edges here, not 1.1", *slabs, "--step", "1.1", "--ortho", "10")
+        self.fails(1, "up to 0.9.* voxel edges here, not 1", *slabs, "--step", "1")
+        self.assertFalse(os.path.exists(self.path("a.exr")))
+        self.brick(*slabs, "--quiet")
 
 
 cli.main()

@@ -23,6 +23,18 @@
 #define SEEN 30001.0
 static const struct brick_transfer_point points[] = {
     {SEEN, 0.9, 0.3, 0.1, 0.0}, {SEEN, 0.9, 0.3, 0.1, 0.2}, {60000, 1, 1, 0.9, 0.5}};
+/* No voxel has these values; between two samples, one of them in a block where nothing shows, the field may.
+ */
+static const struct brick_transfer_point peak[] = {
+    {7000, 0.2, 0.3, 0.9, 0.0}, {8000, 0.9, 0.3, 0.1, 0.9}, {9000, 1, 1, 0.9, 0.0}};
+
+static const struct kind {
+    enum brick_mode mode;
+    enum vr_classification classification;
+} kinds[] = {{BRICK_MODE_DVR, VR_CLASSIFY_POST},
+             {BRICK_MODE_ISO, VR_CLASSIFY_POST},
+             {BRICK_MODE_DVR, VR_CLASSIFY_PREINTEGRATED},
+             {BRICK_MODE_SHADED, VR_CLASSIFY_PREINTEGRATED}};
 
 /* A wall, and cubes that fill their block up to 1/30000 of a voxel before its three high faces: the block
  * behind is not active. */
@@ -66,21 +78,24 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
     }
 }
 
-static void check_view(struct vr_renderer *renderer, const struct vr_scene *scene, bool skip, int view,
-                       uint64_t samples[2])
+static void check_view(struct vr_renderer *renderer, const struct vr_scene *scene,
+                       enum vr_classification classification, bool skip, int view, uint64_t samples[2])
 {
     struct vr_quality quality = vr_quality_defaults;
     struct brick_image image[2];
     struct vr_report report;
     char line[80];
     quality.skip = skip;
+    quality.classification = classification;
+    quality.step_vox = classification == VR_CLASSIFY_PREINTEGRATED && view % 2 ? 1.0 : 0.5;
     for (int setup = 1; setup >= 0; setup--) { /* the first picture has no bricks yet */
         quality.setup = setup ? VR_SETUP_GEOMETRY : VR_SETUP_BOX;
         quality.method = view % 4 == 3 ? VR_METHOD_MULTIPASS : VR_METHOD_RAYCAST;
         render(renderer, scene, &quality, &image[setup], &report);
         samples[setup] += report.samples;
     }
-    snprintf(line, sizeof line, "mode %d, view %d, skipping %d", (int)scene->mode, view, skip);
+    snprintf(line, sizeof line, "mode %d, classification %d, view %d, skipping %d", (int)scene->mode,
+             (int)classification, view, skip);
     assert_same_image(&image[1], &image[0], line);
     brick_image_finish(&image[0]);
     brick_image_finish(&image[1]);
@@ -89,7 +104,6 @@ static void check_view(struct vr_renderer *renderer, const struct vr_scene *scen
 static void check(uint32_t edge)
 {
     static uint16_t voxels[N * N * N];
-    static const enum brick_mode modes[] = {BRICK_MODE_DVR, BRICK_MODE_ISO};
     struct memory_source source;
     uint64_t samples[2] = {0};
     bool none = false;
@@ -97,14 +111,15 @@ static void check(uint32_t edge)
         voxels[i] = value(i % N, i / N % N, i / N / N);
     memory_source_init(&source, BRICK_U16, N, N, N, voxels);
     struct brick_volume *volume = volume_of(&source, edge);
-    struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
-    for (int m = 0; m < 2 && !none; m++) {
+    struct brick_transfer *transfers[2] = {transfer_of(points, sizeof points / sizeof points[0]),
+                                           transfer_of(peak, sizeof peak / sizeof peak[0])};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds && !none; k++) {
         struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
         none = !renderer;
         for (int view = 0; renderer && view < VIEWS + 6; view++) {
             struct vr_scene scene = vr_scene_defaults;
-            scene.mode = modes[m];
-            scene.transfer = transfer;
+            scene.mode = kinds[k].mode;
+            scene.transfer = transfers[kinds[k].classification == VR_CLASSIFY_PREINTEGRATED];
             scene.isovalue = SEEN;
             scene.width = WIDTH;
             scene.height = HEIGHT;
@@ -112,11 +127,12 @@ static void check(uint32_t edge)
                 camera_of(view, brick_volume_grid(volume), &scene.camera);
             else
                 camera_along(view - VIEWS, &scene.camera);
-            check_view(renderer, &scene, view % 7 != 0, view, samples);
+            check_view(renderer, &scene, kinds[k].classification, view % 7 != 0, view, samples);
         }
         vr_renderer_destroy(&renderer);
     }
-    brick_transfer_destroy(&transfer);
+    for (int i = 0; i < 2; i++)
+        brick_transfer_destroy(&transfers[i]);
     brick_volume_close(&volume);
     if (none)
         skip();

@@ -213,13 +213,14 @@ static void half_inside(void **state)
     end(&s);
 }
 
-/* With planes and a mesh as without: the same bytes for any bricks, any cache, with and without skipping. */
+/* With planes and a mesh as without: the same bytes for any bricks, any cache, with and without skipping, by
+ * both methods that march rays and both set-ups of them. */
 static void memory_invariance(void **state)
 {
     static float voxels[N * N * N];
     struct memory_source source;
     struct brick_mesh sphere;
-    struct brick_image images[4] = {{0}};
+    struct brick_image images[WAYS] = {{0}};
     const struct brick_transfer_point points[] = {{100, 0.9, 0.3, 0.1, 0.0}, {1000, 0.2, 0.9, 0.8, 0.2}};
     struct brick_transfer *transfer = transfer_of(points, 2);
     bool drawn = false;
@@ -229,18 +230,19 @@ static void memory_invariance(void **state)
     memory_source_init(&source, BRICK_F32, N, N, N, voxels);
     make_sphere(&sphere, (const double[]){30, 33, 20}, 8.0, 12, false);
     const struct vr_mesh mesh = {&sphere, {0.2, 0.4, 0.9}};
-    for (int run = 0; run < 16; run++) {
-        struct brick_volume *volume = volume_of(&source, run & 4 ? 32 : 16);
+    for (int memory = 0; memory < 4; memory++) {
+        struct brick_volume *volume = volume_of(&source, memory & 1 ? 32 : 16);
         struct vr_renderer_params params = vr_renderer_defaults;
-        struct vr_renderer *renderer = NULL;
-        if (run & 8)
-            params.gpu_cache_bytes = (run & 4 ? 36 * 36 * 36 : 20 * 20 * 20) * 4 * 8; /* eight bricks */
-        if (vr_renderer_create(&renderer, volume, &params, NULL) == BRICK_OK) {
+        if (memory & 2)
+            params.gpu_cache_bytes = slots_bytes(volume, 8);
+        struct vr_renderer *renderer = renderer_of(volume, &params);
+        for (int run = 0; renderer && run < 4 * WAYS; run++) {
+            const int way = run / 4;
             struct vr_scene scene = vr_scene_defaults;
             struct vr_quality quality = vr_quality_defaults;
             struct brick_image image;
-            int mode = run % 4;
-            scene.mode = (enum brick_mode)mode;
+            char line[80];
+            set_way(way, &scene, &quality);
             scene.transfer = transfer;
             scene.isovalue = 500.0;
             scene.width = scene.height = SIZE;
@@ -248,26 +250,77 @@ static void memory_invariance(void **state)
             scene.mesh_count = 1;
             scene.clip[0] = plane_at(1, -1, 0.4, 6.1);
             scene.clip_count = 1;
-            quality.skip = run & 4;
+            quality.skip = memory & 1;
+            quality.method = run & 1 ? VR_METHOD_MULTIPASS : VR_METHOD_RAYCAST;
+            quality.setup = run & 2 ? VR_SETUP_GEOMETRY : VR_SETUP_BOX;
+            quality.pass_steps = memory & 2 ? 7 : 64;
             brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 40, 20, 0, 0, 1.0);
             render(renderer, &scene, &quality, &image, NULL);
             drawn = true;
-            if (run < 4) {
-                images[mode] = image;
-            } else {
-                assert_same_image(&image, &images[mode], "bricks, caches, skipping");
-                brick_image_finish(&image);
+            if (!images[way].rgba) {
+                images[way] = image;
+                continue;
             }
+            snprintf(line, sizeof line, "memory %d, way %d, hand %d", memory, way, run % 4);
+            assert_same_image(&image, &images[way], line);
+            brick_image_finish(&image);
         }
         vr_renderer_destroy(&renderer);
         brick_volume_close(&volume);
     }
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < WAYS; i++)
         brick_image_finish(&images[i]);
     brick_mesh_finish(&sphere);
     brick_transfer_destroy(&transfer);
     if (!drawn)
         skip();
+}
+
+static void draw_number(struct setting *s, uint64_t number, struct brick_image *image)
+{
+    s->scene.meshes_number = number;
+    draw(s, image);
+}
+
+/* Meshes of one number are taken over once; others are seen, and so are those without a number. */
+static void changed_meshes(void **state)
+{
+    struct setting s;
+    struct brick_mesh spheres[2];
+    (void)state;
+    begin(&s, ball, 100.0);
+    make_sphere(&spheres[0], (const double[]){30, 13, 20}, 8.0, 12, true);
+    make_sphere(&spheres[1], (const double[]){10, 12, 30}, 8.0, 12, true);
+    const struct vr_mesh meshes[2] = {{&spheres[0], {0.2, 0.4, 0.9}}, {&spheres[1], {0.9, 0.4, 0.2}}};
+    s.scene.meshes = meshes;
+    s.scene.mesh_count = 1;
+    if (s.renderer) {
+        struct brick_image first, image, changed;
+        draw_number(&s, 1, &first);
+        for (uint64_t v = 0; v < spheres[0].vertices; v++)
+            spheres[0].colour[v][2] = 1.0f - spheres[0].colour[v][0];
+        draw_number(&s, 1, &image);
+        assert_same_image(&image, &first, "the same number");
+        brick_image_finish(&image);
+        draw_number(&s, 2, &changed);
+        assert_true(memcmp(changed.rgba, first.rgba, (size_t)4 * SIZE * SIZE * sizeof(float)));
+        draw_number(&s, 0, &image);
+        assert_same_image(&image, &changed, "without a number");
+        brick_image_finish(&image);
+        s.scene.mesh_count = 2;
+        draw_number(&s, 3, &image);
+        assert_true(memcmp(image.rgba, changed.rgba, (size_t)4 * SIZE * SIZE * sizeof(float)));
+        brick_image_finish(&image);
+        s.scene.mesh_count = 1;
+        draw_number(&s, 2, &image); /* no longer there */
+        assert_same_image(&image, &changed, "the second number once more");
+        brick_image_finish(&image);
+        brick_image_finish(&first);
+        brick_image_finish(&changed);
+    }
+    brick_mesh_finish(&spheres[0]);
+    brick_mesh_finish(&spheres[1]);
+    end(&s);
 }
 
 static void refused(void **state)
@@ -297,10 +350,8 @@ static void refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mesh_depth),
-        cmocka_unit_test(half_inside),
-        cmocka_unit_test(memory_invariance),
-        cmocka_unit_test(refused),
+        cmocka_unit_test(mesh_depth),     cmocka_unit_test(half_inside), cmocka_unit_test(memory_invariance),
+        cmocka_unit_test(changed_meshes), cmocka_unit_test(refused),
     };
     return cmocka_run_group_tests_name("meshes", tests, NULL, NULL);
 }

@@ -125,7 +125,7 @@ static void check_edge(uint32_t edge, void (*fill)(void))
             int way = run % WAYS, view = run / WAYS % VIEWS, level = run / WAYS / VIEWS % LEVELS;
             int hand =
                 run / WAYS / VIEWS / LEVELS; /* raycast, without skipping, multipass, bounding geometry */
-            if (hand >= 2 && (c % 2 == 0 || level > 0 || (hand == 3 && way >= 4)))
+            if (hand >= 2 && (c % 2 == 0 || level > 0))
                 continue;
             struct vr_scene scene = scene_of(0, view, (uint32_t)level, way < 4 ? transfer : peaked, grid);
             struct vr_quality quality = vr_quality_defaults;

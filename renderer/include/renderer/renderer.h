@@ -47,6 +47,9 @@ struct vr_scene {
      * normals get their triangle's. */
     const struct vr_mesh *meshes; /* the caller's; lives for the call */
     uint32_t mesh_count;
+    /* 0, or a number that the caller gives: if it is that of the renderer's last picture with meshes, their
+     * arrays are as they were then, and are not taken over again. rgb may be another. */
+    uint64_t meshes_number;
 };
 extern const struct vr_scene vr_scene_defaults;
 
@@ -88,7 +91,7 @@ enum vr_interpolation { VR_INTERPOLATION_TRILINEAR, VR_INTERPOLATION_POINT /* th
 enum vr_framebuffer { VR_FRAMEBUFFER_8, VR_FRAMEBUFFER_16F, VR_FRAMEBUFFER_32F };
 
 /* As many planes as make one a smallest voxel edge (Wilson et al., section 2.2.4: for voxels that are not
- * cubes the paper takes the edge along z). */
+ * cubes the paper takes the edge along z); pre-integrated as many more as let no ray pass over a voxel. */
 #define VR_PLANES_PAPER UINT32_MAX
 
 /* What slices alone have. */
@@ -105,7 +108,8 @@ enum vr_classification {
     VR_CLASSIFY_POST,         /* of the field's value at each sample */
     VR_CLASSIFY_PRE,          /* of voxels; what is interpolated is colour (Wilson et al. 1994) */
     VR_CLASSIFY_PREINTEGRATED /* of all values between two samples, the field being linear from one to the
-                                 other */
+                                 other; dvr and shaded, emission scaled by extinction, steps of up to a voxel
+                               */
 };
 
 /* How it is computed: speed against error. */

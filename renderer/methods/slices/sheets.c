@@ -19,7 +19,7 @@ static int reserve(uint32_t (**list)[4], size_t count, size_t n, size_t *room, s
     return BRICK_OK;
 }
 
-int vr_sheets_box(struct vr_sheets *s, const int low[3], const int high[3], const int offset[3],
+int vr_sheets_box(struct vr_sheets *s, const int low[3], const int high[3], const int offset[3], uint32_t rim,
                   uint32_t *number, struct brick_error *err)
 {
     int result = reserve(&s->box, s->boxes, 3, &s->box_room, err);
@@ -30,6 +30,7 @@ int vr_sheets_box(struct vr_sheets *s, const int low[3], const int high[3], cons
         s->box[s->boxes + 1][a] = (uint32_t)high[a];
         s->box[s->boxes + 2][a] = (uint32_t)offset[a];
     }
+    s->box[s->boxes][3] = rim;
     *number = (uint32_t)(s->boxes / 3);
     s->boxes += 3;
     return BRICK_OK;

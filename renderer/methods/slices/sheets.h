@@ -15,10 +15,11 @@ struct vr_sheets {
 
 /* The context is bound in all but the first two of these. */
 
-/* A box of voxels, and what is added to one for its texel in the atlas. *number: of the box, until the next
- * draw. */
+/* A box of voxels, and what is added to one for its texel in the atlas. rim: 0, or the brick's sides that
+ * have one, a bit each, and shifted by 6 the bit of the side whose rim this is (shaders/slices_slab.glsl).
+ * *number: of the box, until the next draw. */
 int vr_sheets_box(struct vr_sheets *sheets, const int low[3], const int high[3], const int offset[3],
-                  uint32_t *number, struct brick_error *err);
+                  uint32_t rim, uint32_t *number, struct brick_error *err);
 /* A box' part of a plane: a convex polygon of n >= 3 vertices, in the framebuffer's pixels. */
 int vr_sheets_add(struct vr_sheets *sheets, uint32_t box, int plane, double (*polygon)[2], int n,
                   struct brick_error *err);

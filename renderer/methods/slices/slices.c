@@ -18,8 +18,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "boxes.h"
 #include "palette.h"
+#include "parts.h"
 #include "picture.h"
 #include "shaders.h"
 #include "sheets.h"
@@ -33,10 +33,7 @@
 struct slices {
     struct vr_palette palette; /* of pre-classified voxels */
     struct vr_sheets sheets;
-    struct vr_cell_box *cells;  /* room for one a macrocell of a brick */
-    struct vr_stack_box *boxes; /* of one brick */
-    uint32_t *numbers;          /* theirs in the sheets */
-    size_t box_room;
+    struct vr_parts parts;
     struct brick_slices {
         int first, last;
     } * ranges;      /* of the bricks in order */
@@ -62,12 +59,8 @@ struct sweep {
 
 static int reserve(struct slices *s, const struct vr_frame *frame, size_t bricks, struct brick_error *err)
 {
-    const int *cells = vr_residency_macrocells(frame->residency)->cells;
-    size_t cell_count = (size_t)cells[0] * (size_t)cells[1] * (size_t)cells[2];
     if (!s->query)
         frame->context->gl.GenQueries(1, &s->query);
-    if (!s->cells)
-        s->cells = malloc(cell_count * sizeof *s->cells);
     if (bricks > s->brick_room) {
         free(s->ranges);
         free(s->shell);
@@ -75,54 +68,16 @@ static int reserve(struct slices *s, const struct vr_frame *frame, size_t bricks
         s->shell = malloc(bricks * sizeof *s->shell);
         s->brick_room = s->ranges && s->shell ? bricks : 0;
     }
-    if (!s->cells || bricks > s->brick_room)
+    if (bricks > s->brick_room)
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the slices of %zu bricks", bricks);
     return BRICK_OK;
-}
-
-/* Room for the boxes of one brick. */
-static int reserve_boxes(struct slices *s, size_t n, struct brick_error *err)
-{
-    if (n <= s->box_room)
-        return BRICK_OK;
-    free(s->boxes);
-    free(s->numbers);
-    s->boxes = malloc(n * sizeof *s->boxes);
-    s->numbers = malloc(n * sizeof *s->numbers);
-    s->box_room = s->boxes && s->numbers ? n : 0;
-    return s->box_room ? BRICK_OK : brick_fail(err, BRICK_ERR_MEMORY, "no memory for %zu boxes", n);
-}
-
-/* A brick's voxels, from low to high (exclusive). */
-static void brick_voxels(const struct vr_frame *frame, uint32_t brick, int low[3], int high[3])
-{
-    uint64_t rest = brick;
-    for (int a = 0; a < 3; a++) {
-        uint64_t from = rest % frame->level->bricks[a] * frame->grid->edge, to = from + frame->grid->edge;
-        rest /= frame->level->bricks[a];
-        low[a] = (int)from;
-        high[a] = (int)(to < frame->level->dims[a] ? to : frame->level->dims[a]);
-    }
-}
-
-/* The cells that voxels own: those at the level's ends own what lies between them and the box's faces. */
-static void place_voxels(const struct sweep *w, const int low[3], const int high[3], struct vr_stack_box *box)
-{
-    double from[3], to[3];
-    for (int a = 0; a < 3; a++) {
-        from[a] = low[a] > 0 ? low[a] : w->stack->low[a];
-        to[a] = high[a] < (int)w->frame->level->dims[a] ? high[a] : w->stack->high[a];
-    }
-    vr_stack_place(w->stack, from, to, box);
 }
 
 /* Is anything of the brick to be seen between two slices, both included? */
 static bool brick_shows(const struct sweep *w, uint32_t brick, int first, int last)
 {
-    int low[3], high[3];
     struct vr_stack_box box;
-    brick_voxels(w->frame, brick, low, high);
-    place_voxels(w, low, high, &box);
+    vr_parts_whole(w->frame, w->stack, brick, &box);
     if (box.around_eye)
         return true;
     double polygon[VR_OUTLINE_MAX][2], from[2] = {INFINITY, INFINITY}, to[2] = {-INFINITY, -INFINITY};
@@ -138,59 +93,24 @@ static bool brick_shows(const struct sweep *w, uint32_t brick, int first, int la
     return n && (!w->begun || vr_picture_open(w->picture, from, to));
 }
 
-/* What is to be drawn of a brick that is resident: boxes of active macrocells. */
-static int find_boxes(const struct sweep *w, uint32_t brick, size_t *count, struct brick_error *err)
-{
-    struct slices *s = w->s;
-    const struct vr_frame *frame = w->frame;
-    const struct vr_macrocells *macrocells = vr_residency_macrocells(frame->residency);
-    const struct vr_atlas *atlas = vr_residency_atlas(frame->residency);
-    const uint32_t slot = vr_residency_slot(frame->residency, brick);
-    const int edge = (int)frame->grid->macrocell;
-    int low[3], high[3], offset[3];
-    uint32_t place[3];
-    brick_voxels(frame, brick, low, high);
-    vr_atlas_slot_place(atlas, slot, place);
-    for (int a = 0; a < 3; a++)
-        offset[a] = (int)place[a] * atlas->slot_size[a] + (int)frame->grid->border - low[a];
-    *count = 1;
-    s->cells[0] =
-        (struct vr_cell_box){.high = {macrocells->cells[0], macrocells->cells[1], macrocells->cells[2]}};
-    if (frame->quality->skip)
-        *count = vr_boxes_of(macrocells->words + (size_t)slot * 2 * (size_t)macrocells->plane_words,
-                             macrocells->cells, s->cells);
-    int result = reserve_boxes(s, *count, err);
-    for (size_t i = 0; i < *count && !result; i++) {
-        int from[3], to[3];
-        for (int a = 0; a < 3; a++) {
-            from[a] = low[a] + s->cells[i].low[a] * edge;
-            to[a] = low[a] + s->cells[i].high[a] * edge;
-            to[a] = to[a] < high[a] ? to[a] : high[a];
-        }
-        place_voxels(w, from, to, &s->boxes[i]);
-        result = vr_sheets_box(&s->sheets, from, to, offset, &s->numbers[i], err);
-    }
-    return result;
-}
-
 /* A brick's part of slices first to last: slice by slice, for boxes have no order but slices have. */
 static int add_brick(const struct sweep *w, uint32_t brick, int first, int last, struct brick_error *err)
 {
     struct slices *s = w->s;
+    const struct vr_parts *parts = &s->parts;
     double polygon[VR_OUTLINE_MAX][2];
-    size_t count;
-    int result = find_boxes(w, brick, &count, err);
+    int result = vr_parts_find(&s->parts, w->frame, w->stack, brick, &s->sheets, err);
     for (int i = 0; i <= last - first; i++) {
         const int k = w->far_first ? last - i : first + i;
-        for (size_t b = 0; b < count && !result; b++) {
-            if (k < s->boxes[b].first || k > s->boxes[b].last)
+        for (size_t b = 0; b < parts->count && !result; b++) {
+            if (k < parts->boxes[b].first || k > parts->boxes[b].last)
                 continue;
-            int n = vr_stack_outline(w->stack, &s->boxes[b], k, &w->window, polygon);
+            int n = vr_stack_outline(w->stack, &parts->boxes[b], k, &w->window, polygon);
             for (int v = 0; v < n; v++)
                 for (int a = 0; a < 2; a++)
                     polygon[v][a] -= w->window.low[a];
             if (n)
-                result = vr_sheets_add(&s->sheets, s->numbers[b], k, polygon, n, err);
+                result = vr_sheets_add(&s->sheets, parts->numbers[b], k, polygon, n, err);
         }
     }
     return result;
@@ -248,7 +168,7 @@ static int draw_slices(struct sweep *w, struct brick_error *err)
             w->begun = true;
         }
         gl->GetQueryObjectui64v(w->s->query, GL_QUERY_RESULT, &samples);
-        w->report->samples += samples;
+        w->report->samples += w->stack->slabs ? 2 * samples : samples;
         if (w->begun && !result && !vr_picture_open(w->picture, everything[0], everything[1]))
             break;
     }
@@ -261,9 +181,15 @@ static int use_program(const struct vr_frame *frame, const struct vr_stack *stac
 {
     static const struct vr_shader_part vertex = {"slices.vert.glsl", vr_shader_slices_vert};
     static const struct vr_shader_part parts[] = {
-        {"exponential.glsl", vr_shader_exponential},   {"field.glsl", vr_shader_field},
-        {"transfer.glsl", vr_shader_transfer},         {"shading.glsl", vr_shader_shading},
-        {"slices_stack.glsl", vr_shader_slices_stack}, {"slices.glsl", vr_shader_slices},
+        {"exponential.glsl", vr_shader_exponential},
+        {"field.glsl", vr_shader_field},
+        {"transfer.glsl", vr_shader_transfer},
+        {"preintegrated.glsl", vr_shader_preintegrated},
+        {"shading.glsl", vr_shader_shading},
+        {"slices_stack.glsl", vr_shader_slices_stack},
+        {"slices_place.glsl", vr_shader_slices_place},
+        {"slices_slab.glsl", vr_shader_slices_slab},
+        {"slices.glsl", vr_shader_slices},
     };
     static const struct vr_program_source source = {.vertex = &vertex,
                                                     .vertex_count = 1,
@@ -357,9 +283,9 @@ static int check(const struct vr_frame *frame, struct brick_error *err)
     if ((unsigned)q->interpolation > VR_INTERPOLATION_POINT || (unsigned)q->framebuffer > VR_FRAMEBUFFER_32F)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "no interpolation %d or no framebuffer %d",
                           (int)q->interpolation, (int)q->framebuffer);
-    if (frame->quality->classification == VR_CLASSIFY_PREINTEGRATED)
+    if (frame->prefixes && frame->scene->transfer->emission == BRICK_EMISSION_INDEPENDENT)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "slices are not pre-integrated: classify values (post) or voxels (pre)");
+                          "pre-integrated classification is for emission scaled by extinction");
     if (frame->quality->classification == VR_CLASSIFY_PRE && frame->scene->mode != BRICK_MODE_DVR)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED,
                           "pre-classified voxels have colours, but no gradients or values: mode dvr only");
@@ -377,8 +303,8 @@ static int find_texels(void *state, const struct vr_frame *frame, const struct v
     const struct vr_quality *q = frame->quality;
     struct vr_stack stack;
     int result = check(frame, err);
-    if (result || q->classification != VR_CLASSIFY_PRE ||
-        (result = vr_stack_init(&stack, frame, q->slices.planes, err)) ||
+    if (result || (result = vr_stack_init(&stack, frame, q->slices.planes, err)) ||
+        q->classification != VR_CLASSIFY_PRE ||
         (result = vr_palette_set(&s->palette, frame, stack.spacing_mm, q->slices.classified_bits, err)))
         return result;
     *texels = &s->palette.texels;
@@ -406,15 +332,15 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
                       .stops = quality->termination > 0.0 && !far_first && !mip,
                       .report = report};
     int result = vr_stack_init(&stack, frame, quality->slices.planes, err);
+    if (!result && stack.slabs && frame->scene->mode == BRICK_MODE_SHADED)
+        result = vr_residency_touching(frame->residency, err);
     if (result || (result = use_program(frame, &stack, &u, err)) ||
         (result = vr_residency_order(frame->residency, far_first, &w.order, &w.bricks, err)) ||
         (result = reserve(s, frame, w.bricks, err)))
         return result;
     for (size_t i = 0; i < w.bricks; i++) {
-        int low[3], high[3];
         struct vr_stack_box box;
-        brick_voxels(frame, w.order[i], low, high);
-        place_voxels(&w, low, high, &box);
+        vr_parts_whole(frame, &stack, w.order[i], &box);
         s->ranges[i] = (struct brick_slices){box.first, box.last};
     }
     frame->context->gl.UseProgram(u.program);
@@ -438,11 +364,9 @@ static void finish(void *state, struct vr_context *context)
     struct slices *s = state;
     vr_sheets_finish(&s->sheets, context);
     vr_palette_finish(&s->palette);
+    vr_parts_finish(&s->parts);
     if (s->query)
         context->gl.DeleteQueries(1, &s->query);
-    free(s->cells);
-    free(s->boxes);
-    free(s->numbers);
     free(s->ranges);
     free(s->shell);
 }

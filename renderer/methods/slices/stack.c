@@ -1,6 +1,7 @@
 /* The stack of slices. A slice's samples lie on its plane, but where a ray's span begins or ends in the
  * slice: there they lie in the middle of what is left, anywhere between the slice's faces. So boxes near
- * where spans may end are drawn by the outline of the slice, all others by that of its plane alone. */
+ * where spans may end are drawn by the outline of the slice, all others by that of its plane alone. Slabs are
+ * drawn by the outline of the slice everywhere. */
 #include "stack.h"
 
 #include <math.h>
@@ -12,6 +13,7 @@
 /* Boxes grow by this part of a pixel on all sides: rasterisation rounds corners to 1/256 of a pixel. */
 #define MARGIN_PIXELS (1.0 / 64.0)
 #define MARGIN_VOXELS 1e-6 /* and by this, for the rounding of doubles */
+#define SLACK         1e-9 /* for the same, of a step of one voxel */
 
 static double length(const double v[3])
 {
@@ -50,7 +52,7 @@ static void set_seen(struct vr_stack *stack, const struct vr_frame *frame)
     const struct brick_level *level = frame->level;
     double position[3][4], inverse[3][4], rows[3][4];
     for (int a = 0; a < 3; a++) {
-        position[a][0] = v->dir[a] / level->scale[a];
+        position[a][0] = stack->dir[a] = v->dir[a] / level->scale[a];
         position[a][1] = (stack->perspective ? v->dir_u : v->origin_u)[a] / level->scale[a];
         position[a][2] = (stack->perspective ? v->dir_v : v->origin_v)[a] / level->scale[a];
         position[a][3] = stack->eye[a] = (v->origin[a] - level->offset[a]) / level->scale[a];
@@ -91,31 +93,51 @@ static void set_clip(struct vr_stack *stack, const struct vr_frame *frame)
         vr_scene_level_plane(frame->scene, frame->grid, frame->level, i, stack->clip[i]);
 }
 
+/* The most cells that a ray passes along an axis, a mm of depth. */
+static double cells_a_mm(const struct vr_stack *stack)
+{
+    return stack->reach_mm * fmax(stack->mm[0], fmax(stack->mm[1], stack->mm[2]));
+}
+
 int vr_stack_init(struct vr_stack *stack, const struct vr_frame *frame, uint32_t planes,
                   struct brick_error *err)
 {
     const struct brick_level *level = frame->level;
     double diagonal_mm, centre_mm, count = planes;
-    *stack = (struct vr_stack){.perspective = !(frame->scene->camera.ortho_height_mm > 0.0)};
+    *stack = (struct vr_stack){.perspective = !(frame->scene->camera.ortho_height_mm > 0.0),
+                               .slabs = frame->prefixes};
     for (int a = 0; a < 3; a++) {
         stack->low[a] = (-0.5 - level->offset[a]) / level->scale[a];
         stack->high[a] = ((double)frame->grid->dims[a] - 0.5 - level->offset[a]) / level->scale[a];
     }
     set_seen(stack, frame);
     set_clip(stack, frame);
+    set_pixels(stack, frame);
     measure(stack, frame, &diagonal_mm, &centre_mm);
+    const double least = stack->slabs ? ceil(diagonal_mm * cells_a_mm(stack) - SLACK) : 1.0;
     stack->spacing_mm = frame->step_mm;
     if (planes == VR_PLANES_PAPER)
-        count = fmax(1.0, floor(diagonal_mm / brick_grid_min_spacing_mm(frame->grid)));
+        count = fmax(least, floor(diagonal_mm / brick_grid_min_spacing_mm(frame->grid)));
     if (planes)
         stack->spacing_mm = diagonal_mm / count;
     else
         count = ceil(diagonal_mm / stack->spacing_mm);
     if (!(count <= MAX_SLICES))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%g slices are more than can be counted", count);
+    if (planes && count < least)
+        return brick_fail(
+            err, BRICK_ERR_ARGUMENT,
+            "pre-integrated classification takes at least %.0f planes here, not %.0f: a ray may "
+            "not pass over a cell between two",
+            least, count);
+    if (stack->slabs && stack->spacing_mm * cells_a_mm(stack) > 1.0 + SLACK)
+        return brick_fail(
+            err, BRICK_ERR_ARGUMENT,
+            "pre-integrated classification takes steps of up to %.4g voxel edges here, not %g: a "
+            "ray may not pass over a cell between two planes",
+            frame->quality->step_vox / (stack->spacing_mm * cells_a_mm(stack)), frame->quality->step_vox);
     stack->count = (int)count;
     stack->first_mm = centre_mm - 0.5 * diagonal_mm;
-    set_pixels(stack, frame);
     stack->reach_mm *= stack->spacing_mm;
     return BRICK_OK;
 }
@@ -134,7 +156,7 @@ static bool near_an_end(const struct vr_stack *stack, const double low[3], const
         double least = n[3], most = n[3], reach = 0.0;
         for (int a = 0; a < 3; a++) {
             least += n[a] * (n[a] > 0.0 ? low : high)[a];
-            most += n[a] * (n[a] > 0.0 ? high : low)[a];
+            most += n[a] * (n[a] > 0.0 ? high : low)[a] + MARGIN_VOXELS * fabs(n[a]);
             reach += fabs(n[a]) * stack->reach_mm * stack->mm[a];
         }
         *shown = *shown && most >= 0.0;
@@ -173,7 +195,7 @@ void vr_stack_place(const struct vr_stack *stack, const double low[3], const dou
         nearest = fmin(nearest, q[0]);
         farthest = fmax(farthest, q[0]);
     }
-    box->whole = !near_an_end(stack, low, high, &shown);
+    box->whole = !near_an_end(stack, low, high, &shown) && !stack->slabs;
     nearest = fmax(nearest, 0.0);
     double first = floor((nearest - stack->first_mm) / stack->spacing_mm);
     double last = floor((farthest - stack->first_mm) / stack->spacing_mm);

@@ -11,10 +11,11 @@
  * between first_mm + k * spacing_mm and one spacing more; its plane is in the middle. */
 struct vr_stack {
     bool perspective;
+    bool slabs; /* pre-integrated: samples lie on the slices' faces */
     double first_mm, spacing_mm;
     int count;
     double low[3], high[3];             /* level 0's box in the level's index space */
-    double eye[3];                      /* perspective, in that space */
+    double eye[3], dir[3];              /* in that space: perspective; where the middle of the view leads */
     double seen[3][4];                  /* index -> depth and place in the picture (struct vr_corner) */
     double mm[3];                       /* index units a mm across each axis' faces */
     double pixel_mm;                    /* a pixel's edge; in perspective at a depth of 1 mm */
@@ -25,7 +26,9 @@ struct vr_stack {
 };
 
 /* planes: how many there are; 0: one a step of the frame; VR_PLANES_PAPER: as many as make one a voxel when
- * the volume is seen along an axis (section 2.2.4). BRICK_ERR_ARGUMENT when that are too many to count. */
+ * the volume is seen along an axis (section 2.2.4), and pre-integrated as many more as it takes.
+ * BRICK_ERR_ARGUMENT when that are too many to count, or too few for pre-integrated classification: both ends
+ * of a slab must lie in cells that touch, at the most (shaders/segments.glsl). */
 int vr_stack_init(struct vr_stack *stack, const struct vr_frame *frame, uint32_t planes,
                   struct brick_error *err);
 
@@ -33,7 +36,7 @@ int vr_stack_init(struct vr_stack *stack, const struct vr_frame *frame, uint32_t
 struct vr_stack_box {
     struct vr_corner corners[8]; /* of the box a little enlarged: beyond what rasterisation rounds */
     int first, last;             /* slices that it may have a part in; last < first: none */
-    bool whole; /* no ray's span begins or ends in a slice here: samples lie on the slices' planes */
+    bool whole; /* all samples lie in the middle of slices: no ray's span begins or ends in a slice here */
     bool around_eye;
 };
 
