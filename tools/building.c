@@ -40,6 +40,7 @@ static int print_json(const char *command, const struct brick_build_report *repo
     cJSON_AddNumberToObject(json, "bricks", (double)report->bricks);
     cJSON_AddNumberToObject(json, "bricks_empty", (double)report->bricks_constant);
     cJSON_AddNumberToObject(json, "bricks_kept", (double)report->bricks_kept);
+    cJSON_AddNumberToObject(json, "bricks_decoded", (double)report->bricks_decoded);
     cJSON_AddNumberToObject(json, "source_bytes_read", (double)report->source_bytes);
     cJSON_AddNumberToObject(json, "seconds", report->seconds);
     cJSON_AddNumberToObject(json, "bytes_per_second",

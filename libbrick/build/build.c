@@ -11,6 +11,7 @@
 #include <brick/threads.h>
 #include <brick/writer.h>
 
+#include "checkpoint.h"
 #include "convert.h"
 #include "drain.h"
 #include "feed.h"
@@ -37,6 +38,7 @@ struct builder {
     struct drain drain;
     struct pyramid pyramid;
     struct kept kept;
+    struct checkpoint checkpoint;
     unsigned threads;
     struct encoder *encoders;      /* one a thread */
     struct tally *tallies;         /* one a thread */
@@ -164,9 +166,12 @@ static int builder_init(struct builder *b, struct brick_source *source, const ch
                             .drain = &b->drain,
                             .encoders = b->encoders,
                             .tallies = b->tallies,
-                            .costs = b->costs,
-                            .bricks = brick_writer_kept(b->writer)};
-    brick_writer_keep(b->writer, b->plan.keep_bytes);
+                            .costs = b->costs};
+    b->checkpoint = (struct checkpoint){.writer = b->writer,
+                                        .pyramid = &b->pyramid,
+                                        .drain = &b->drain,
+                                        .tallies = b->tallies,
+                                        .threads = b->threads};
     return BRICK_OK;
 }
 
@@ -232,17 +237,17 @@ static void show_progress(const struct builder *b, uint64_t row)
                        brick_build_limit(&so_far));
 }
 
-/* One tile of level 0. What is kept of it is taken first; the source is read from the first tile on that
- * needs it, which for a lossy codec is the first of all, since coarser levels are made from converted voxels.
+/* One tile of level 0. What is kept of it is taken first, unless a checkpoint has counted it. The source is
+ * read from the first tile on whose voxels cannot be had from kept bricks: because some are missing, or
+ * because the codec is lossy, and coarser levels are made from converted voxels; or because a checkpoint
+ * covers it, when reading is quicker than decoding, and few rows are gone through again.
  */
 static int run_tile(struct builder *b, const struct tile *tile, bool last_of_row, struct brick_error *err)
 {
     const struct window *window;
-    uint64_t kept;
-    int code = kept_check(&b->kept, tile, &kept, err);
-    if (code)
-        return code;
-    bool reading = b->feed.running;
+    bool reading = b->feed.running, counted = tile->row < b->checkpoint.rows;
+    uint64_t kept = counted ? 0 : kept_in_tile(&b->kept, tile);
+    int code = BRICK_OK;
     if (!reading && (kept < tile_bricks(tile) || brick_codec_is_lossy(b->params.codec))) {
         if ((code = feed_start(&b->feed, tile, err)))
             return code;
@@ -254,7 +259,6 @@ static int run_tile(struct builder *b, const struct tile *tile, bool last_of_row
         return code;
     code = kept_take(&b->kept, tile, kept, reading ? NULL : window, b->pyramid.tickets, err);
     b->pyramid.tickets += kept;
-    b->pyramid.skip = b->kept.bricks;
     if (!code)
         code = pyramid_tile(&b->pyramid, tile, window, err);
     if (reading)
@@ -262,26 +266,60 @@ static int run_tile(struct builder *b, const struct tile *tile, bool last_of_row
     return code;
 }
 
+static int run_row(struct builder *b, uint64_t row, struct brick_error *err)
+{
+    struct tile next = tile_first(&b->grid, b->plan.shape, 0, row);
+    bool more = true;
+    while (more) {
+        struct tile tile = next;
+        more = tile_next(&b->grid, b->plan.shape, &next);
+        int code = run_tile(b, &tile, !more, err);
+        if (code)
+            return code;
+    }
+    return pyramid_row_done(&b->pyramid, 0, row, err);
+}
+
+/* What an interrupted conversion has left, and the last checkpoint that it holds. */
+static int take_up(struct builder *b, struct brick_error *err)
+{
+    if (b->params.progress)
+        b->params.progress(b->params.progress_context, 0, b->grid.dims[2], BRICK_STAGE_RESUME);
+    int code = kept_check(&b->kept, err);
+    if (code)
+        return code;
+    for (uint32_t l = 0; l < b->grid.levels; l++)
+        b->pyramid.first_new[l] = b->grid.level[l].first_brick + brick_writer_kept(b->writer, l);
+    return checkpoint_open(&b->checkpoint, err);
+}
+
 /* All of level 0, and with it all levels. */
 static int run(struct builder *b, struct brick_error *err)
 {
-    const struct brick_level *level = &b->grid.level[0];
-    for (uint64_t row = 0; row < level->bricks[2]; row++) {
-        struct tile next = tile_first(&b->grid, b->plan.shape, 0, row);
-        bool more = true;
-        while (more) {
-            struct tile tile = next;
-            more = tile_next(&b->grid, b->plan.shape, &next);
-            int code = run_tile(b, &tile, !more, err);
-            if (code)
-                return code;
-        }
-        int code = pyramid_row_done(&b->pyramid, 0, row, err);
-        if (code)
+    struct checkpoint *c = &b->checkpoint;
+    uint64_t rows = b->grid.level[0].bricks[2];
+    int code = b->params.resume ? take_up(b, err) : BRICK_OK;
+    for (uint64_t row = c->first; !code && row < rows; row++) {
+        if ((code = run_row(b, row, err)))
             return code;
+        if (row + 1 == c->rows)
+            code = checkpoint_load_slices(c, err);
+        else if (checkpoint_due(c, row + 1))
+            code = checkpoint_save(c, row + 1, err);
         show_progress(b, row);
     }
-    return drain_flush(&b->drain, b->pyramid.tickets, err);
+    return code ? code : drain_flush(&b->drain, b->pyramid.tickets, err);
+}
+
+/* Of the file as it is now: constant bricks, and those that were there before. */
+static void count_bricks(const struct builder *b, struct brick_build_report *r)
+{
+    r->bricks = b->grid.bricks;
+    for (uint64_t id = 0; id < b->grid.bricks; id++)
+        r->bricks_constant += brick_writer_entry(b->writer, id)->flags & BRICK_FLAG_CONSTANT ? 1 : 0;
+    for (uint32_t l = 0; l < b->grid.levels; l++)
+        r->bricks_kept += brick_writer_kept(b->writer, l);
+    r->bricks_decoded = b->kept.decoded;
 }
 
 int brick_build(struct brick_source *source, const char *path, const struct brick_build_params *params,
@@ -315,9 +353,7 @@ int brick_build(struct brick_source *source, const char *path, const struct bric
     r.stage[BRICK_STAGE_FINISH] = (struct brick_build_cost){now - clock, r.output_bytes};
     r.source_bytes = b.feed.cost.bytes / brick_type_bytes(b.grid.type) * brick_type_bytes(source->type);
     r.input_bytes = voxels * brick_type_bytes(source->type);
-    r.bricks = b.grid.bricks;
-    r.bricks_constant = b.drain.constant;
-    r.bricks_kept = b.kept.bricks;
+    count_bricks(&b, &r);
     r.converted = source->type != b.grid.type;
     r.seconds = (double)(now - start) * 1e-9;
     if (report)

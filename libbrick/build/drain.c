@@ -29,7 +29,6 @@ static int write_one(struct drain *d, const struct encoded *e, struct brick_erro
         d->min = fmin(d->min, (double)e->entry.min);
         d->max = fmax(d->max, (double)e->entry.max);
     }
-    d->constant += e->bytes == 0;
     if (e->written)
         return BRICK_OK;
     int code = brick_writer_put(d->writer, e->id, &e->entry, e->bytes ? e->payload : NULL, e->bytes, err);

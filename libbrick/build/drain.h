@@ -28,7 +28,6 @@ struct drain {
     /* The thread's own, the caller's once it has flushed. Level 0's, in the order of its bricks. */
     struct tally_moments moments;
     double min, max;
-    uint64_t constant;
     struct brick_build_cost cost;
 };
 

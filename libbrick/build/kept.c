@@ -4,39 +4,60 @@
 
 #include <string.h>
 
-struct job {
+enum { CHECKED_AT_ONCE = 16 };
+
+struct check {
     struct kept *kept;
-    const struct window *window;
-    uint64_t first_brick, first_ticket;
+    uint64_t first_brick;
+    uint64_t *good; /* of the level's bricks: up to the first damaged one */
+    pthread_mutex_t lock;
 };
 
-static int check_one(void *context, uint64_t item, unsigned worker, struct brick_error *err)
+/* Several bricks at a time: one takes no longer than waking a worker. */
+static int check_some(void *context, uint64_t item, unsigned worker, struct brick_error *err)
 {
-    const struct job *j = context;
-    struct brick_scratch *scratch = &j->kept->encoders[worker].stored;
-    int code = brick_writer_check(j->kept->writer, j->first_brick + item, scratch, err);
-    if (code && err)
-        err->brick = j->first_brick + item;
-    return code;
+    struct check *c = context;
+    struct brick_scratch *scratch = &c->kept->encoders[worker].stored;
+    uint64_t from = item * CHECKED_AT_ONCE, clock = brick_thread_ns();
+    pthread_mutex_lock(&c->lock);
+    uint64_t good = *c->good;
+    pthread_mutex_unlock(&c->lock);
+    for (uint64_t i = from; i < from + CHECKED_AT_ONCE && i < good; i++) {
+        int code = brick_writer_check(c->kept->writer, c->first_brick + i, scratch, err);
+        if (code != BRICK_ERR_CHECKSUM && code != BRICK_ERR_FORMAT) {
+            if (code)
+                return code;
+            continue;
+        }
+        pthread_mutex_lock(&c->lock);
+        *c->good = i < *c->good ? i : *c->good;
+        pthread_mutex_unlock(&c->lock);
+        break;
+    }
+    costs_add(&c->kept->costs[worker], BRICK_STAGE_RESUME, &clock, 0);
+    return BRICK_OK;
 }
 
-int kept_check(struct kept *k, const struct tile *tile, uint64_t *bricks, struct brick_error *err)
+int kept_check(struct kept *k, struct brick_error *err)
 {
-    struct job j = {.kept = k, .first_brick = tile_first_brick(k->grid, tile)};
-    uint64_t n = k->bricks > j.first_brick ? k->bricks - j.first_brick : 0;
-    *bricks = n < tile_bricks(tile) ? n : tile_bricks(tile);
-    if (*bricks == 0)
-        return BRICK_OK;
-    struct brick_error error = {0};
-    int code = brick_pool_run(k->pool, *bricks, check_one, &j, &error);
-    if (code == BRICK_ERR_CHECKSUM || code == BRICK_ERR_FORMAT) {
-        k->bricks = error.brick;
-        *bricks = error.brick - j.first_brick;
-        return brick_writer_cut(k->writer, k->bricks, err);
+    uint64_t good[BRICK_MAX_LEVELS];
+    bool all = true;
+    for (uint32_t l = 0; l < k->grid->levels; l++) {
+        uint64_t n = good[l] = brick_writer_kept(k->writer, l);
+        struct check c = {k, k->grid->level[l].first_brick, &good[l], PTHREAD_MUTEX_INITIALIZER};
+        int code = brick_pool_run(k->pool, (n + CHECKED_AT_ONCE - 1) / CHECKED_AT_ONCE, check_some, &c, err);
+        if (code)
+            return code;
+        all = all && good[l] == n;
     }
-    if (code && err)
-        *err = error;
-    return code;
+    return all ? BRICK_OK : brick_writer_cut(k->writer, good, err);
+}
+
+uint64_t kept_in_tile(const struct kept *k, const struct tile *tile)
+{
+    uint64_t first = tile_first_brick(k->grid, tile), kept = brick_writer_kept(k->writer, 0);
+    uint64_t n = kept > first ? kept - first : 0;
+    return n < tile_bricks(tile) ? n : tile_bricks(tile);
 }
 
 /* The core of a decoded brick to its place. */
@@ -54,12 +75,18 @@ static void lay_out(const struct brick_grid *grid, const struct brick_place *pla
                    voxels + z * stride[1] + y * stride[0], place->core[0] * w->width);
 }
 
+struct take {
+    struct kept *kept;
+    const struct window *window;
+    uint64_t first_brick, first_ticket;
+};
+
 static int take_one(void *context, uint64_t item, unsigned worker, struct brick_error *err)
 {
-    const struct job *j = context;
-    struct kept *k = j->kept;
+    const struct take *t = context;
+    struct kept *k = t->kept;
     struct encoder *e = &k->encoders[worker];
-    uint64_t id = j->first_brick + item, ticket = j->first_ticket + item, start = brick_now_ns();
+    uint64_t id = t->first_brick + item, ticket = t->first_ticket + item, start = brick_now_ns();
     struct encoded *out = drain_slot(k->drain, ticket);
     k->costs[worker].wait_write_ns += brick_now_ns() - start;
     if (!out)
@@ -71,8 +98,8 @@ static int take_one(void *context, uint64_t item, unsigned worker, struct brick_
     struct brick_place place;
     brick_grid_place(k->grid, id, &place);
     size_t voxel_bytes = brick_place_voxel_bytes(k->grid, &place);
-    if (j->window)
-        lay_out(k->grid, &place, j->window, e->payload);
+    if (t->window)
+        lay_out(k->grid, &place, t->window, e->payload);
     costs_add(&k->costs[worker], BRICK_STAGE_RESUME, &clock, voxel_bytes);
     out->id = id;
     out->level0 = out->written = true;
@@ -88,6 +115,7 @@ static int take_one(void *context, uint64_t item, unsigned worker, struct brick_
 int kept_take(struct kept *k, const struct tile *tile, uint64_t bricks, const struct window *window,
               uint64_t ticket, struct brick_error *err)
 {
-    struct job j = {k, window, tile_first_brick(k->grid, tile), ticket};
-    return bricks ? brick_pool_run(k->pool, bricks, take_one, &j, err) : BRICK_OK;
+    struct take t = {k, window, tile_first_brick(k->grid, tile), ticket};
+    k->decoded += bricks;
+    return bricks ? brick_pool_run(k->pool, bricks, take_one, &t, err) : BRICK_OK;
 }

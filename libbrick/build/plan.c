@@ -193,13 +193,8 @@ int plan_make(struct plan *plan, const struct brick_grid *grid, const struct bri
     p.fixed = add(p.fixed, mul(grid->bricks, sizeof(struct brick_entry)));
     bool room = p.fixed <= p.budget;
     if (room && (choose_ring(&p, plan, grid->edge / 2) || (source->read_box && choose_boxes(&p, plan)) ||
-                 choose_ring(&p, plan, 0))) {
-        /* What is left may hold encoded bricks of coarser levels, were none of them constant. */
-        uint64_t coarser = grid->levels > 1 ? grid->bricks - grid->level[1].first_brick : 0;
-        plan->keep_bytes = least(p.budget - plan->memory_bytes, mul(coarser, bound));
-        plan->memory_bytes += plan->keep_bytes;
+                 choose_ring(&p, plan, 0)))
         return BRICK_OK;
-    }
     /* Nothing fits: the smallest plan says what would. */
     plan->boxes = source->read_box != NULL;
     plan->ring_slices = row_slices(grid, 0);

@@ -18,7 +18,6 @@ struct plan {
     uint64_t out_bytes;  /* of the largest tile on its way to one, likewise */
     uint64_t staging_bytes; /* source voxels on their way to f32; 0 when they need no conversion */
     uint64_t memory_bytes;  /* of everything */
-    uint64_t keep_bytes;    /* of it, for encoded bricks of coarser levels */
 };
 
 /* Slices a coarse level's ring holds: those that a row of bricks needs, and those that arrive at once. */

@@ -129,8 +129,9 @@ int pyramid_tile(struct pyramid *p, const struct tile *tile, const struct window
                          .first_brick = tile_first_brick(p->grid, tile),
                          .bricks = tile_bricks(tile),
                          .first_ticket = p->tickets};
-    if (p->skip > j.first_brick) {
-        uint64_t skip = p->skip - j.first_brick < j.bricks ? p->skip - j.first_brick : j.bricks;
+    uint64_t first_new = p->first_new[tile->level];
+    if (first_new > j.first_brick) {
+        uint64_t skip = first_new - j.first_brick < j.bricks ? first_new - j.first_brick : j.bricks;
         j.first_brick += skip;
         j.bricks -= skip;
     }
@@ -184,20 +185,55 @@ static int encode_row(struct pyramid *p, uint32_t l, struct brick_error *err)
     return code;
 }
 
+/* How many slices of level l the rows [0, rows) of the finer level make. */
+static uint64_t slices_made(const struct pyramid *p, uint32_t l, uint64_t rows)
+{
+    bool halved[3];
+    if (rows == 0)
+        return 0;
+    struct tile tile = tile_first(p->grid, p->plan->shape, l - 1, rows - 1);
+    return tile_coarse(p->grid, &tile, halved).hi[2];
+}
+
+static bool row_is_complete(const struct pyramid *p, uint32_t l)
+{
+    return p->next_row[l] < p->grid->level[l].bricks[2] && p->filled[l] >= row_end(p, l, p->next_row[l]);
+}
+
 int pyramid_row_done(struct pyramid *p, uint32_t l, uint64_t row, struct brick_error *err)
 {
-    if (l + 1 == p->grid->levels)
-        return BRICK_OK;
-    bool halved[3];
-    struct tile tile = tile_first(p->grid, p->plan->shape, l, row);
     uint32_t next = l + 1;
-    p->filled[next] = tile_coarse(p->grid, &tile, halved).hi[2];
+    if (next == p->grid->levels)
+        return BRICK_OK;
+    p->filled[next] = slices_made(p, next, row + 1);
     int code = BRICK_OK;
-    while (!code && p->next_row[next] < p->grid->level[next].bricks[2] &&
-           p->filled[next] >= row_end(p, next, p->next_row[next])) {
+    while (!code && row_is_complete(p, next)) {
         code = encode_row(p, next, err);
         if (!code)
             code = pyramid_row_done(p, next, p->next_row[next]++, err);
     }
     return code;
+}
+
+void pyramid_seek(struct pyramid *p, uint64_t rows)
+{
+    for (uint32_t l = 1; l < p->grid->levels; l++) {
+        p->filled[l] = slices_made(p, l, rows);
+        for (p->next_row[l] = 0; row_is_complete(p, l);)
+            p->next_row[l]++;
+        rows = p->next_row[l];
+    }
+}
+
+void pyramid_carry(const struct pyramid *p, uint64_t from, uint64_t lo[], uint64_t hi[])
+{
+    const uint64_t edge = p->grid->edge, border = p->grid->border;
+    for (uint32_t l = 1; l < p->grid->levels; l++) {
+        uint64_t core = p->next_row[l] * edge, made = slices_made(p, l, from);
+        hi[l] = p->filled[l] < made ? p->filled[l] : made;
+        lo[l] = core > border ? core - border : 0;
+        if (lo[l] > hi[l] || p->next_row[l] == p->grid->level[l].bricks[2])
+            lo[l] = hi[l];
+        from = (made + edge - 1) / edge; /* rows that are made again from their first slice on */
+    }
 }

@@ -28,7 +28,7 @@ struct pyramid {
     struct window in, out;                  /* tiles from and to spools */
     uint64_t filled[BRICK_MAX_LEVELS];      /* slices [0, filled) have been made */
     uint64_t next_row[BRICK_MAX_LEVELS];    /* row of bricks that is encoded next */
-    uint64_t skip;                          /* bricks [0, skip) of level 0 need not be encoded */
+    uint64_t first_new[BRICK_MAX_LEVELS];   /* of each level, the first brick that must be encoded */
     uint64_t tickets;
     struct brick_build_cost spool_cost;
 };
@@ -36,6 +36,11 @@ struct pyramid {
 /* The caller has filled the members from grid to costs. path: where spools go, beside it. */
 int pyramid_init(struct pyramid *pyramid, const char *path, struct brick_error *err);
 void pyramid_finish(struct pyramid *pyramid);
+/* Go on as if rows [0, rows) of level 0 were done; what is in the stores is left to the caller. */
+void pyramid_seek(struct pyramid *pyramid, uint64_t rows);
+/* Of each level l > 0 the slices [lo[l], hi[l]) that its store must hold now, and that doing level 0's rows
+ * from `from` on once more would not make. */
+void pyramid_carry(const struct pyramid *pyramid, uint64_t from, uint64_t lo[], uint64_t hi[]);
 /* Encode a tile of level 0 and make the next level's voxels of it. Tiles come row by row, in order. */
 int pyramid_tile(struct pyramid *pyramid, const struct tile *tile, const struct window *window,
                  struct brick_error *err);

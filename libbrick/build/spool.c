@@ -5,12 +5,20 @@ int spool_init(struct spool *s, const char *path, const struct brick_level *leve
                size_t width, struct brick_error *err)
 {
     *s = (struct spool){BRICK_IO_CLOSED, level, capacity, width};
-    return brick_io_create_scratch(&s->io, path, err);
+    int code = brick_io_create_scratch(&s->io, path, err);
+    /* Resuming reads slices that were not written, though nothing that lasts is made of them. */
+    return code ? code : brick_io_truncate(&s->io, capacity * spool_at(s, 3, 0, 0, 0), err);
 }
 
 void spool_finish(struct spool *s)
 {
     brick_io_close(&s->io);
+}
+
+uint64_t spool_at(const struct spool *s, uint64_t array, uint64_t x, uint64_t y, uint64_t z)
+{
+    const uint64_t *n = s->level->dims;
+    return ((((z % s->capacity) * 3 + array) * n[1] + y) * n[0] + x) * (uint64_t)s->width;
 }
 
 struct transfer {
@@ -35,8 +43,7 @@ static int transfer_slice(void *context, uint64_t item, unsigned worker, struct 
     size_t bytes = (size_t)(lines * (box->hi[0] - box->lo[0])) * s->width;
     int code = BRICK_OK;
     for (uint64_t y = box->lo[1]; !code && y < box->hi[1]; y += lines) {
-        uint64_t offset =
-            ((((z % s->capacity) * 3 + array) * n[1] + y) * n[0] + box->lo[0]) * (uint64_t)s->width;
+        uint64_t offset = spool_at(s, array, box->lo[0], y, z);
         unsigned char *memory = arrays[array] + window_at(t->window, box->lo[0], y, z);
         code = t->write ? brick_io_write_at(&s->io, offset, memory, bytes, err)
                         : brick_io_read_at(&s->io, offset, memory, bytes, err);

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BINS = 65536, TABLES = 4 };
+enum { BINS = TALLY_BINS, TABLES = 4 };
 
 size_t tally_bytes(void)
 {
@@ -208,15 +208,22 @@ static struct tally_moments moments_of_counts(const uint64_t *bins, enum brick_t
     return m;
 }
 
+void tally_gather(struct tally *tally, unsigned n)
+{
+    for (unsigned t = 0; t < n; t++)
+        empty_fast(&tally[t]);
+    for (unsigned t = 1; t < n; t++)
+        for (uint32_t i = 0; i < BINS; i++) {
+            tally[0].bins[i] += tally[t].bins[i];
+            tally[t].bins[i] = 0;
+        }
+}
+
 void tally_result(struct tally *tally, unsigned n, enum brick_type type, uint64_t voxels, double min,
                   double max, const struct tally_moments *moments, struct brick_stats *stats)
 {
     uint64_t *bins = tally[0].bins;
-    for (unsigned t = 0; t < n; t++)
-        empty_fast(&tally[t]);
-    for (unsigned t = 1; t < n; t++)
-        for (uint32_t i = 0; i < BINS; i++)
-            bins[i] += tally[t].bins[i];
+    tally_gather(tally, n);
     struct tally_moments m = type == BRICK_F32 ? *moments : moments_of_counts(bins, type);
     uint32_t first = 0, end = BINS;
     while (first < BINS && bins[first] == 0)

@@ -14,9 +14,11 @@ struct tally_moments {
     double mean, m2;
 };
 
+#define TALLY_BINS 65536u
+
 struct tally {
-    uint64_t *bins; /* 65536 */
-    uint32_t *fast; /* 4 x 65536, not yet in bins: see tally.c */
+    uint64_t *bins; /* TALLY_BINS */
+    uint32_t *fast; /* 4 x TALLY_BINS, not yet in bins: see tally.c */
     uint64_t pending;
 };
 
@@ -33,7 +35,9 @@ uint32_t tally_brick(struct tally *tally, const struct kernels *kernels, const s
                      struct tally_moments *moments);
 /* a = a and b together (Chan, Golub, LeVeque 1979: stable for any mean). */
 void tally_merge_moments(struct tally_moments *a, const struct tally_moments *b);
-/* Add up n histograms into the first and derive the statistics. min, max: of level 0 in stored values.
+/* Move the counts of n histograms to the first one's bins. */
+void tally_gather(struct tally *tally, unsigned n);
+/* The same, and derive the statistics. min, max: of level 0 in stored values.
  * stats->histogram points into tally[0]. */
 void tally_result(struct tally *tally, unsigned n, enum brick_type type, uint64_t voxels, double min,
                   double max, const struct tally_moments *moments, struct brick_stats *stats);

@@ -1,6 +1,7 @@
-/* Entries are written some time after their payloads, never before, which is all the order that a kill needs.
- * A power cut keeps no order: a block that is not whole ends the journal, and a payload that is not ends what
- * is kept of it (the writer's user looks at each). So nothing waits for the disk here. */
+/* Entries are written some time after their payloads, never before, and notes after the entries of all bricks
+ * put until then, which is all the order that a kill needs. A power cut keeps no order: a block that is not
+ * whole ends the journal, and so does one with a payload that is not (the writer's user looks at each). So
+ * nothing waits for the disk here. */
 #include "journal.h"
 
 #include <stdlib.h>
@@ -9,27 +10,40 @@
 
 enum {
     HEADER_BYTES = 24,
+    BUFFER_BYTES = 1 << 18,
     PAYLOAD_BYTES = 1 << 20 /* a kill loses what it takes to make this much */
 };
-static const unsigned char magic[8] = {0x89, 'B', 'R', 'K', 'J', '\r', '\n', 0x1a};
+static const unsigned char magic[8] = {0x89, 'B', 'R', 'K', 'N', '\r', '\n', 0x1a};
 
 static void begin(struct journal *j, uint64_t start)
 {
     j->start = j->end = start;
-    j->entries = j->payload = 0;
+    memset(j->bricks, 0, sizeof j->bricks);
+    j->note_bytes = j->payload = 0;
     j->waiting = 0;
 }
 
-int journal_create(struct journal *j, const char *path, const char *identity, struct brick_error *err)
+static int set_up(struct journal *j, const char *path, const struct brick_grid *grid, struct brick_error *err)
+{
+    j->grid = grid;
+    if (!j->hash)
+        j->hash = XXH3_createState();
+    return j->hash ? BRICK_OK : brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", path);
+}
+
+int journal_create(struct journal *j, const char *path, const struct brick_grid *grid, const char *identity,
+                   struct brick_error *err)
 {
     uint64_t n = strlen(identity), numbers[2] = {n, XXH3_64bits(identity, n)};
     unsigned char header[HEADER_BYTES];
     memcpy(header, magic, sizeof magic);
     memcpy(header + sizeof magic, numbers, sizeof numbers);
     begin(j, HEADER_BYTES + n);
-    int code = brick_io_create(&j->io, path, err);
-    if (!code && ((code = brick_io_write_at(&j->io, 0, header, sizeof header, err)) ||
-                  (code = brick_io_write_at(&j->io, sizeof header, identity, n, err))))
+    int code = set_up(j, path, grid, err);
+    if (code || (code = brick_io_create(&j->io, path, err)))
+        return code;
+    if (((code = brick_io_write_at(&j->io, 0, header, sizeof header, err)) ||
+         (code = brick_io_write_at(&j->io, sizeof header, identity, n, err))))
         journal_close(j);
     return code;
 }
@@ -86,70 +100,97 @@ static int read_identity(struct journal *j, const char *identity, const char *pa
     return code;
 }
 
-/* The next whole block to the buffer; *count 0 when there is none. */
-static int read_block(struct journal *j, uint64_t size, uint64_t *count, struct brick_error *err)
+/* So that no block is taken for one elsewhere, or of something else. */
+static uint64_t block_checksum_seed(uint64_t at, uint64_t what)
 {
-    uint64_t numbers[2];
-    *count = 0;
-    if (size - j->end < sizeof numbers)
-        return BRICK_OK;
-    int code = brick_io_read_at(&j->io, j->end, numbers, sizeof numbers, err);
-    uint64_t bytes = numbers[0] * LAYOUT_ENTRY_BYTES;
-    if (code || numbers[0] > JOURNAL_BLOCK_ENTRIES || size - j->end - sizeof numbers < bytes ||
-        (code = brick_io_read_at(&j->io, j->end + sizeof numbers, j->block, bytes, err)))
-        return code;
-    if (XXH3_64bits_withSeed(j->block, bytes, j->entries) == numbers[1])
-        *count = numbers[0];
-    return BRICK_OK;
+    return 256 * at + what;
 }
 
-static int read_entries(struct journal *j, struct brick_entry *entries, uint64_t most,
-                        struct brick_error *err)
+/* Of what is in the file. */
+static int checksum_of(const struct journal *j, uint64_t at, uint64_t bytes, uint64_t seed,
+                       unsigned char *buffer, uint64_t *checksum, struct brick_error *err)
 {
-    uint64_t size, count, offset = 0;
-    int code = brick_io_size(&j->io, &size, err);
-    while (!code && !(code = read_block(j, size, &count, err)) && count && count <= most - j->entries) {
-        for (uint64_t i = 0; i < count; i++) {
-            struct brick_entry *e = &entries[j->entries + i];
-            layout_get_entry(e, j->block + i * LAYOUT_ENTRY_BYTES);
-            bool constant = e->flags & BRICK_FLAG_CONSTANT;
-            if (constant != (e->bytes == 0) || e->offset != (constant ? 0 : offset))
-                return BRICK_OK;
-            offset += e->bytes;
-        }
-        j->entries += count;
-        j->end += JOURNAL_BLOCK_BYTES + count * LAYOUT_ENTRY_BYTES;
+    int code = BRICK_OK;
+    XXH3_64bits_reset_withSeed(j->hash, seed);
+    while (!code && bytes) {
+        size_t n = bytes < BUFFER_BYTES ? (size_t)bytes : BUFFER_BYTES;
+        if (!(code = brick_io_read_at(&j->io, at, buffer, n, err)))
+            XXH3_64bits_update(j->hash, buffer, n);
+        at += n;
+        bytes -= n;
     }
+    *checksum = XXH3_64bits_digest(j->hash);
     return code;
 }
 
-int journal_open(struct journal *j, const char *path, const char *identity, const char *part,
-                 struct brick_entry *entries, uint64_t most, uint64_t *count, struct brick_error *err)
+/* A block of a level's entries that is in the buffer: false when they do not follow what was read before. */
+static bool take_entries(struct journal *j, uint64_t level, uint64_t bytes, const unsigned char *buffer,
+                         struct brick_entry *entries, const uint64_t limit[], uint64_t offset[])
+{
+    uint64_t count = bytes / LAYOUT_ENTRY_BYTES;
+    if (level >= j->grid->levels || bytes % LAYOUT_ENTRY_BYTES || count > JOURNAL_BLOCK_ENTRIES ||
+        count > limit[level] - j->bricks[level])
+        return false;
+    struct brick_entry *e = entries + j->grid->level[level].first_brick + j->bricks[level];
+    for (uint64_t i = 0; i < count; i++, e++) {
+        layout_get_entry(e, buffer + i * LAYOUT_ENTRY_BYTES);
+        bool constant = e->flags & BRICK_FLAG_CONSTANT;
+        if (constant != (e->bytes == 0) || e->offset != (constant ? 0 : offset[level]))
+            return false;
+        offset[level] += e->bytes;
+    }
+    j->bricks[level] += count;
+    return true;
+}
+
+int journal_read(struct journal *j, struct brick_entry *entries, const uint64_t limit[],
+                 struct brick_error *err)
+{
+    uint64_t size, numbers[3], checksum, offset[BRICK_MAX_LEVELS] = {0};
+    unsigned char *buffer = malloc(BUFFER_BYTES);
+    if (!buffer)
+        return brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", j->io.path);
+    begin(j, j->start);
+    int code = brick_io_size(&j->io, &size, err);
+    while (!code && size - j->end >= sizeof numbers &&
+           !(code = brick_io_read_at(&j->io, j->end, numbers, sizeof numbers, err))) {
+        uint64_t what = numbers[0], bytes = numbers[1], at = j->end + sizeof numbers;
+        if (bytes == 0 || bytes > size - at ||
+            (code = checksum_of(j, at, bytes, block_checksum_seed(j->end, what), buffer, &checksum, err)) ||
+            checksum != numbers[2])
+            break;
+        if (what == JOURNAL_NOTE) {
+            j->note = at;
+            j->note_bytes = bytes;
+        } else if (!take_entries(j, what, bytes, buffer, entries, limit, offset)) {
+            break;
+        }
+        j->end = at + bytes;
+    }
+    free(buffer);
+    return code ? code : brick_io_truncate(&j->io, j->end, err);
+}
+
+int journal_open(struct journal *j, const char *path, const struct brick_grid *grid, const char *identity,
+                 const char *part, struct brick_error *err)
 {
     bool known;
-    *count = 0;
-    int code = brick_io_update(&j->io, path, err);
-    if (code)
+    int code = set_up(j, path, grid, err);
+    if (code || (code = brick_io_update(&j->io, path, err)))
         return code;
-    if (!(code = read_identity(j, identity, part, &known, err)) && !known) {
-        journal_close(j);
-        return journal_create(j, path, identity, err);
-    }
-    if (!code)
-        code = read_entries(j, entries, most, err);
-    if (!code)
-        code = brick_io_truncate(&j->io, j->end, err);
-    *count = j->entries;
-    if (code)
-        journal_close(j);
-    return code;
+    if (!(code = read_identity(j, identity, part, &known, err)) && known)
+        return BRICK_OK;
+    journal_close(j);
+    return code ? code : journal_create(j, path, grid, identity, err);
 }
 
-int journal_put(struct journal *j, const struct brick_entry *e, struct brick_error *err)
+int journal_put(struct journal *j, uint32_t level, const struct brick_entry *e, struct brick_error *err)
 {
-    int code = j->waiting == JOURNAL_BLOCK_ENTRIES ? journal_flush(j, err) : BRICK_OK;
+    bool full = j->waiting == JOURNAL_BLOCK_ENTRIES || (j->waiting && j->level != level);
+    int code = full ? journal_flush(j, err) : BRICK_OK;
     if (code)
         return code;
+    j->level = level;
     layout_put_entry(e, j->block + JOURNAL_BLOCK_BYTES + j->waiting++ * LAYOUT_ENTRY_BYTES);
     j->payload += e->bytes;
     return j->payload >= PAYLOAD_BYTES ? journal_flush(j, err) : BRICK_OK;
@@ -160,40 +201,55 @@ int journal_flush(struct journal *j, struct brick_error *err)
     if (j->waiting == 0)
         return BRICK_OK;
     size_t bytes = j->waiting * LAYOUT_ENTRY_BYTES;
-    uint64_t numbers[2] = {j->waiting,
-                           XXH3_64bits_withSeed(j->block + JOURNAL_BLOCK_BYTES, bytes, j->entries)};
+    uint64_t numbers[3] = {
+        j->level, bytes,
+        XXH3_64bits_withSeed(j->block + JOURNAL_BLOCK_BYTES, bytes, block_checksum_seed(j->end, j->level))};
     memcpy(j->block, numbers, sizeof numbers);
     int code = brick_io_write_at(&j->io, j->end, j->block, JOURNAL_BLOCK_BYTES + bytes, err);
     if (code)
         return code;
     j->end += JOURNAL_BLOCK_BYTES + bytes;
-    j->entries += j->waiting;
+    j->bricks[j->level] += j->waiting;
     j->payload = 0;
     j->waiting = 0;
     return BRICK_OK;
 }
 
-int journal_cut(struct journal *j, const struct brick_entry *entries, uint64_t count, struct brick_error *err)
+int journal_note_begin(struct journal *j, struct brick_error *err)
 {
-    uint64_t in_block = 0;
     int code = journal_flush(j, err);
-    begin(j, j->start);
-    /* Whole blocks before the cut stay as they are. */
-    while (!code && !(code = brick_io_read_at(&j->io, j->end, &in_block, sizeof in_block, err)) &&
-           in_block <= count - j->entries) {
-        j->entries += in_block;
-        j->end += JOURNAL_BLOCK_BYTES + in_block * LAYOUT_ENTRY_BYTES;
-        if (j->entries == count)
-            break;
-    }
-    if (!code)
-        code = brick_io_truncate(&j->io, j->end, err);
-    for (uint64_t i = j->entries; !code && i < count; i++)
-        code = journal_put(j, &entries[i], err);
-    return code ? code : journal_flush(j, err);
+    j->note = j->end + JOURNAL_BLOCK_BYTES;
+    j->note_bytes = 0;
+    XXH3_64bits_reset_withSeed(j->hash, block_checksum_seed(j->end, JOURNAL_NOTE));
+    return code;
+}
+
+int journal_note_add(struct journal *j, const void *bytes, size_t n, struct brick_error *err)
+{
+    XXH3_64bits_update(j->hash, bytes, n);
+    int code = brick_io_write_at(&j->io, j->note + j->note_bytes, bytes, n, err);
+    j->note_bytes += n;
+    return code;
+}
+
+int journal_note_end(struct journal *j, struct brick_error *err)
+{
+    uint64_t numbers[3] = {JOURNAL_NOTE, j->note_bytes, XXH3_64bits_digest(j->hash)};
+    int code = brick_io_write_at(&j->io, j->end, numbers, sizeof numbers, err);
+    j->end = code ? j->end : j->note + j->note_bytes;
+    return code;
+}
+
+int journal_note_read(const struct journal *j, uint64_t at, void *bytes, size_t n, struct brick_error *err)
+{
+    if (at > j->note_bytes || n > j->note_bytes - at)
+        return brick_fail(err, BRICK_ERR_FORMAT, "%s: a note is too short", j->io.path);
+    return brick_io_read_at(&j->io, j->note + at, bytes, n, err);
 }
 
 void journal_close(struct journal *j)
 {
     brick_io_close(&j->io);
+    XXH3_freeState(j->hash);
+    j->hash = NULL;
 }

@@ -94,6 +94,20 @@ static void fill_bins(struct vr_transfer_table *t)
     t->search_steps = steps[n];
 }
 
+/* A piece with a value that is not transparent counts whole. */
+static void find_visible(struct vr_transfer_table *t)
+{
+    t->visible[0] = INFINITY;
+    t->visible[1] = -INFINITY;
+    for (uint32_t i = 0; i < t->count; i++) {
+        if (t->pieces[i].sigma == 0.0f && t->pieces[i].sigma_slope == 0.0f)
+            continue;
+        if (t->visible[0] > t->visible[1])
+            t->visible[0] = i ? t->pieces[i].start : -INFINITY;
+        t->visible[1] = i + 1 < t->count ? t->pieces[i].end : INFINITY;
+    }
+}
+
 int vr_transfer_table_init(struct vr_transfer_table *table, const struct brick_transfer *transfer,
                            const struct brick_grid *grid, struct brick_error *err)
 {
@@ -132,6 +146,7 @@ int vr_transfer_table_init(struct vr_transfer_table *table, const struct brick_t
     if (!isfinite(table->bin_scale) || !(table->bin_scale > 0.0f))
         table->bin_scale = 1.0f;
     fill_bins(table);
+    find_visible(table);
     free(threshold);
     return BRICK_OK;
 }

@@ -24,6 +24,7 @@ struct vr_transfer_table {
     struct vr_bin *bins;
     uint32_t bin_count;
     float bin_origin, bin_scale;
+    float visible[2];      /* all values outside are transparent */
     uint32_t search_steps; /* halvings that leave one piece of any bin */
 };
 

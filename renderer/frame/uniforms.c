@@ -170,6 +170,7 @@ int vr_frame_set_transfer(const struct vr_frame *frame, const struct vr_uniforms
     vr_set_float(u, "bin_origin", table->bin_origin);
     vr_set_float(u, "bin_scale", table->bin_scale);
     vr_set_float(u, "bin_last", table->bin_count - 1.0);
+    u->gl->Uniform2f(at(u, "visible"), table->visible[0], table->visible[1]);
     if (!frame->prefixes)
         return BRICK_OK;
     if ((result = vr_buffer_write(&store->prefixes, frame->context, GL_RGBA32UI, frame->prefixes,

@@ -32,11 +32,18 @@ static void place_of(const char *log, const struct vr_shader_part *parts, int co
         snprintf(place, bytes, "shader");
 }
 
+/* What loops need of a uniform they take as HELD(uniform), read once before: llvmpipe reads a uniform in a
+ * loop ray by ray. A plain copy would be taken for the uniform itself; a sum is not, not even with a uniform
+ * that is never set and so 0. */
+static const char prelude[] = "#version 430 core\n"
+                              "uniform int nothing;\n"
+                              "#define HELD(value) ((value) + nothing)\n";
+
 static int compile(struct vr_context *context, GLenum stage, const char *defines,
                    const struct vr_shader_part *parts, int count, GLuint *shader, struct brick_error *err)
 {
     const struct vr_gl *gl = &context->gl;
-    const char *strings[2 + 2 * VR_PROGRAM_MAX_PARTS] = {"#version 430 core\n", defines};
+    const char *strings[2 + 2 * VR_PROGRAM_MAX_PARTS] = {prelude, defines};
     char lines[VR_PROGRAM_MAX_PARTS][32], place[64];
     GLint ok = GL_FALSE;
     char log[480] = "";

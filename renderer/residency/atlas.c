@@ -134,6 +134,8 @@ int vr_atlas_init(struct vr_atlas *atlas, struct vr_context *context, const stru
     gl->BindTexture(GL_TEXTURE_2D_ARRAY, atlas->texture);
     gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, filtered ? GL_LINEAR : GL_NEAREST);
     gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, filtered ? GL_LINEAR : GL_NEAREST);
+    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     gl->TexStorage3D(GL_TEXTURE_2D_ARRAY, 1, atlas->voxels.internal, atlas->size[0], atlas->size[1],
                      atlas->size[2]);
     gl->BindTexture(GL_TEXTURE_2D_ARRAY, 0);

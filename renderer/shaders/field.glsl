@@ -26,6 +26,14 @@ uniform float voxel_scale, voxel_offset; /* stored value = texel * scale - offse
 uniform float voxel_grains;              /* a unit of the stored value */
 #endif
 
+#define NEAR_SHIFT 7 /* a block is no larger, so that its voxels and those around it have numbers of 8 bits */
+ivec3 last_voxel = HELD(level_last), bricks = HELD(level_bricks);
+ivec3 slots_held = HELD(slots), slot_voxels = HELD(slot_size), slot_macrocells = HELD(slot_cells);
+int macrocell_words = HELD(plane_words), margin = HELD(border);
+int edge_shift = HELD(brick_shift), macrocell_shift = HELD(macro_shift), near_shift = min(edge_shift, NEAR_SHIFT);
+float sign_held = HELD(value_sign);
+vec2 texel_size = HELD(atlas_texel);
+
 /* What a sample's surroundings are. */
 struct Block {
     bool live;    /* samples are to be fetched */
@@ -34,6 +42,7 @@ struct Block {
     bool above;   /* iso, inactive: on which side */
     int brick;    /* its place in the page table */
     int shift;    /* edge of the block, log2 */
+    ivec3 place;  /* a voxel before it, which near positions count from */
     ivec3 offset; /* active: atlas texel = voxel + offset */
 #ifdef STAND_IN
     ivec3 halvings; /* from the level to the brick's own, of which offset counts voxels */
@@ -55,20 +64,20 @@ void locate_stand_in(inout Block block, uint page, ivec3 slot, ivec3 voxel)
     block.missing = false;
     block.halvings = level_halvings[page >> 24 & 63u];
     block.live = block.halvings != ivec3(0);
-    block.offset = slot * slot_size + border - ((voxel >> brick_shift >> block.halvings) << brick_shift);
+    block.offset = slot * slot_voxels + margin - ((voxel >> edge_shift >> block.halvings) << edge_shift);
 }
 #endif
 
 /* The voxel whose brick supplies a cell. */
 ivec3 owner(ivec3 cell)
 {
-    return clamp(cell, ivec3(0), level_last);
+    return clamp(cell, ivec3(0), last_voxel);
 }
 
 int brick_of(ivec3 voxel)
 {
-    ivec3 at = voxel >> brick_shift;
-    return (at.z * level_bricks.y + at.y) * level_bricks.x + at.x;
+    ivec3 at = voxel >> edge_shift;
+    return (at.z * bricks.y + at.y) * bricks.x + at.x;
 }
 
 Block locate(ivec3 voxel)
@@ -77,25 +86,26 @@ Block locate(ivec3 voxel)
     block.brick = brick_of(voxel);
     uint page = texelFetch(pages, block.brick).r;
     ivec3 slot = ivec3(page & 255u, page >> 8 & 255u, page >> 16 & 255u);
-    ivec3 start = (voxel >> brick_shift) << brick_shift;
+    ivec3 start = (voxel >> edge_shift) << edge_shift;
     uint state = page >> 30;
     block.live = state == STATE_RESIDENT || state == STATE_WHOLE;
     block.missing = state == STATE_MISSING;
     block.wanted = state != STATE_INACTIVE;
     block.above = (page & 1u) != 0u;
-    block.shift = brick_shift;
-    block.offset = slot * slot_size + border - start;
+    block.shift = near_shift;
+    block.place = ((voxel >> near_shift) << near_shift) - margin;
+    block.offset = slot * slot_voxels + margin - start;
 #ifdef SKIP
     if (state == STATE_RESIDENT) {
-        ivec3 cell = (voxel - start) >> macro_shift;
-        int bit = (cell.z * slot_cells.y + cell.y) * slot_cells.x + cell.x;
-        int word = ((slot.z * slots.y + slot.y) * slots.x + slot.x) * 2 * plane_words + (bit >> 5);
+        ivec3 cell = (voxel - start) >> macrocell_shift;
+        int bit = (cell.z * slot_macrocells.y + cell.y) * slot_macrocells.x + cell.x;
+        int word = ((slot.z * slots_held.y + slot.y) * slots_held.x + slot.x) * 2 * macrocell_words + (bit >> 5);
         block.live = (texelFetch(macrocells, word).r >> (bit & 31) & 1u) != 0u;
 #if MODE == MODE_ISO
         if (!block.live)
-            block.above = (texelFetch(macrocells, word + plane_words).r >> (bit & 31) & 1u) != 0u;
+            block.above = (texelFetch(macrocells, word + macrocell_words).r >> (bit & 31) & 1u) != 0u;
 #endif
-        block.shift = macro_shift;
+        block.shift = macrocell_shift;
     }
 #endif
 #ifdef STAND_IN
@@ -130,7 +140,7 @@ Cell cell_fetch(ivec3 t)
 float cell_filter(Cell c, vec3 t)
 {
     vec3 fraction = min(floor(t * 4096.0 + 0.5), 4095.0) / 4096.0;
-    vec2 at = (vec2(c.texel.xy) + (fraction.xy + 0.5)) * atlas_texel;
+    vec2 at = (vec2(c.texel.xy) + (fraction.xy + 0.5)) * texel_size;
     float low = textureLod(atlas, vec3(at, float(c.texel.z)), 0.0).r;
     float high = textureLod(atlas, vec3(at, float(c.texel.z + 1)), 0.0).r;
     precise float v = low + fraction.z * (high - low);
@@ -150,7 +160,7 @@ float cell_value(Cell c, vec3 t)
 #ifdef VOXEL_NORMALISED
     v = floor(v * (voxel_scale * voxel_grains) + 0.5) / voxel_grains - voxel_offset;
 #endif
-    return v * value_sign;
+    return v * sign_held;
 }
 
 void cell_range(Cell c, out float low, out float high)
@@ -184,7 +194,7 @@ struct Cell {
  * involved, and the point that four texels share is half a texel from where the choice of four would change. */
 vec4 square(ivec3 t)
 {
-    return vec4(textureGather(atlas, vec3(vec2(t.xy + 1) * atlas_texel, float(t.z)))).wzxy;
+    return vec4(textureGather(atlas, vec3(vec2(t.xy + 1) * texel_size, float(t.z)))).wzxy;
 }
 
 Cell cell_fetch(ivec3 t)
@@ -221,7 +231,7 @@ float cell_value(Cell c, vec3 t)
     precise vec4 x = vec4(c.low.xz, c.high.xz) + t.x * (vec4(c.low.yw, c.high.yw) - vec4(c.low.xz, c.high.xz));
     precise vec2 y = x.xz + t.y * (x.yw - x.xz);
     precise float z = y.x + t.z * (y.y - y.x);
-    return z * value_sign;
+    return z * sign_held;
 }
 
 /* The least and the greatest of the corners' stored values. */

@@ -1,7 +1,10 @@
-/* Marching: what takes a ray from sample to sample, in passes. Two loops in turn: the first leaps over inactive blocks by whole
- * samples, the second fetches samples while they stay in one active block. A leap never passes a sample of an active
- * block, and a sample of an inactive block adds nothing, so skipping changes no bit. A ray that needs a brick that is not in the
- * atlas says so, looks which bricks it will meet next, and leaves what the next pass needs.
+/* Marching: what takes a ray from sample to sample, in passes. Three loops in turn: the first leaps over inactive blocks by
+ * whole samples, the second looks at samples of an active block until one counts, the third takes samples while they count. A
+ * leap never passes a sample of an active block, and a sample of an inactive block adds nothing, so skipping changes no bit.
+ * Rays that are marched side by side wait for each other at the end of each loop, and so what is dear, a sample that counts, is
+ * done for many at once. (Loops have their condition at the end: where there is no branch around what no ray
+ * does, as in llvmpipe, one at the beginning costs a turn more.) A ray that needs a brick that is not in the atlas says so, looks
+ * which bricks it will meet next, and leaves what the next pass needs.
  *
  * state_image: the picture's colour as bits once progress.x is FINISHED, the ray's packed state before; progress.y counts
  * samples fetched. */
@@ -16,13 +19,25 @@ uniform sampler2D mesh_colour; /* of the nearest mesh, or zeros */
 
 struct March {
     State state;
-    uint k, fetched; /* the next sample's number; samples fetched so far */
-    Fixed3 at;       /* the next sample's position */
-    Block block;     /* and surroundings, after a loop */
-    bool done;       /* no sample of it counts any more */
+    uint k, run;     /* of `run` samples from k on all is said */
+    uint fetched;    /* samples so far */
+    Block block;     /* the surroundings of sample k or, after a leap, k + run */
+    bool enters;     /* block: from its sample k + run up to sample */
+    uint last;
+    Near3 at;        /* sample k, from block.place on */
+    bool counts;     /* sample k; and how it looks */
+    Look look;
+    bool done;       /* no sample after k counts any more */
     bool waits;      /* for block.brick */
-    bool alone;      /* block supplies this sample, and not the next */
+#ifdef PREINTEGRATED
+    Block before;    /* where the sample before was */
+#endif
 };
+
+uint march_next(March m)
+{
+    return m.done ? m.k : m.k + m.run;
+}
 
 /* How many samples, from the one at `at`, lie in the block: at least 1, and never too many: the way to the exit, in steps,
  * is shortened by more than its rounding error. */
@@ -36,101 +51,138 @@ uint leap(Ray ray, Fixed3 at, ivec3 home, int shift)
     return uint(clamp(way, 1.0, 16777216.0));
 }
 
-void march_to(inout March m, Ray ray, uint jump)
+#ifdef STAND_IN
+/* From one sample that is looked at to the next. */
+Near3 march_stride(March m, Ray ray)
 {
-    m.at = ray_next(ray, m.k, m.at, jump);
-    m.k += jump;
+    Near3 s = ray.stride;
+    for (uint n = m.run; n > 1u; n >>= 1)
+        s = near_add(s, s);
+    return s;
 }
-
-/* What supplies the sample that the march has come to. */
-void march_meet(inout March m, Ray ray, ivec3 home)
-{
-    m.block = locate(home);
-    m.alone = false;
-#ifdef PREINTEGRATED
-    m.block = supplier(ray, m.k, m.at, m.block, m.alone);
+#else
+#define march_stride(m, ray) (ray.stride)
 #endif
-}
 
-/* Over inactive blocks, to a sample of an active one (which m.block then is, and waits says whether its brick is missing)
- * or the ray's end, in `left` leaps at most. */
+/* Over inactive blocks in `left` leaps at most, to a sample of an active one. Without a brick for it the ray waits. The last
+ * sample is not where steps lead, so it has a run of its own. */
 void march_leap(inout March m, Ray ray, inout uint left)
 {
-    bool crosses;
+    bool on;
+    m.k += m.run;
+    m.run = 0u;
+    m.enters = m.waits = false;
     do {
-        ivec3 home = owner(m.at.cell);
-        march_meet(m, ray, home);
-        crosses = false;
-        while (!m.block.live && !m.block.missing && !crosses && left > 0u) {
-            m.done = state_skip(m.state, m.block);
-            if (m.done)
-                break;
-#ifdef SKIP
-            uint jump = min(leap(ray, m.at, home, m.block.shift), ray.count - m.k);
-#else
-            uint jump = 1u;
-#endif
-            left--;
-            march_to(m, ray, jump);
-            if (m.k >= ray.end)
-                break;
-            home = owner(m.at.cell);
-            Block before = m.block;
-            m.block = locate(home);
+        Fixed3 at = ray_sample(ray, m.k);
+        ivec3 home = owner(at.cell);
+        Block block = locate(home);
+        uint run = min(leap(ray, at, home, block.shift), ray.end - min(m.k, ray.end));
 #ifdef PREINTEGRATED
-            /* Of a piece from one inactive block to the next only its bricks say whether it counts. */
-            crosses = m.block.brick != before.brick && (m.block.wanted || before.wanted);
+        bool alone;
+        Block here = block;
+        block = supplier(ray, m.k, at, here, m.before, alone);
+        m.before = here;
+        run = alone ? min(run, 1u) : run;
 #endif
+        on = run > 0u && !block.live && !block.missing && left > 0u;
+        if (on) {
+            m.done = state_skip(m.state, block);
+            on = !m.done;
+#ifndef SKIP
+            run = 1u;
+#endif
+            m.k += on ? run : 0u;
+            left--;
+        } else {
+            m.block = block;
+            m.waits = run > 0u && block.missing;
+            m.enters = run > 0u && block.live && left > 0u;
+            run = min(run, max(ray.count - 1u - m.k, 1u));
+#ifdef CUT
+            run = m.k == 0u ? 1u : run;
+#endif
+            m.last = m.k + min(run, left) - 1u;
+            m.at = near_from(at, block.place);
         }
-    } while (crosses && left > 0u);
-    m.waits = !m.done && m.k < ray.end && m.block.missing;
+    } while (on);
+    if (m.enters) {
+        m.run = samples_in(m.block);
+        m.at = near_subtract(m.at, march_stride(m, ray));
+        m.k -= m.run;
+    }
+}
+
+/* To the next sample of the run that counts, or the last. */
+void march_scan(inout March m, Ray ray, inout uint left)
+{
+    bool on;
+    do {
+        m.at = near_add(m.at, march_stride(m, ray));
+        m.k += m.run;
+        m.fetched++;
+        left--;
+        m.counts = state_look(m.state, ray, m.k, m.at, m.block, m.look);
+        m.done = !state_marching(m.state);
+        on = !m.counts && !m.done && m.k + m.run <= m.last;
+    } while (on);
+}
+
+bool march_goes_on(March m, Ray ray, uint left)
+{
+    return !m.done && !m.waits && left > 0u && m.k + m.run < ray.end;
 }
 
 /* On by up to `left` samples and leaps. */
 void march(inout March m, Ray ray, uint left)
 {
-    while (!m.done && !m.waits && m.k < ray.end && left > 0u) {
-        march_leap(m, ray, left);
-        if (m.done || m.waits || m.k >= ray.end || left == 0u)
-            break;
-        ivec3 inside = owner(m.at.cell) >> m.block.shift;
-#ifdef PREINTEGRATED
-        state_enter(m.state, ray, m.k, m.block);
-        m.fetched += min(m.k, 1u);
-#endif
+    bool on = march_goes_on(m, ray, left);
+    if (!on)
+        return;
+    do {
         do {
-            m.done = state_sample(m.state, ray, m.k, m.at, m.block);
-            m.fetched++;
-            if (m.done)
-                break;
-#if defined(PREINTEGRATED) && MODE == MODE_SHADED
-            if (m.state.lacks) {
-                m.block.brick = m.block.lacks;
-                m.waits = true;
-                break;
+            march_leap(m, ray, left);
+            m.counts = false;
+            if (m.enters) {
+#ifdef PREINTEGRATED
+                state_enter(m.state, ray, m.k + m.run, m.block);
+                m.fetched += min(m.k + m.run, 1u);
+#endif
+                march_scan(m, ray, left);
             }
+            on = !m.counts && march_goes_on(m, ray, left);
+        } while (on);
+        if (m.counts) {
+            do {
+                m.done = state_take(m.state, ray, m.k, m.at, m.block, m.look);
+                m.counts = false;
+#if defined(PREINTEGRATED) && MODE == MODE_SHADED
+                if (m.state.lacks) {
+                    m.block.brick = m.block.lacks;
+                    m.waits = true;
+                    m.run = 0u;
+                }
 #endif
-            left--;
-#ifdef STAND_IN
-            march_to(m, ray, min(samples_in(m.block), ray.count - m.k));
-#else
-            march_to(m, ray, 1u);
-#endif
-        } while (m.k < ray.end && left > 0u && !m.alone && owner(m.at.cell) >> m.block.shift == inside);
-    }
+                if (!m.done && !m.waits && m.k + m.run <= m.last)
+                    march_scan(m, ray, left);
+                on = m.counts && !m.done;
+            } while (on);
+        }
+        on = march_goes_on(m, ray, left);
+    } while (on);
 }
 
 /* The next active bricks on the ray's way from sample k in `brick`, resident or not: what is wanted stays. */
-void want_ahead(Ray ray, uint k, Fixed3 at, int brick)
+void want_ahead(Ray ray, uint k, int brick)
 {
+    Fixed3 at = ray_sample(ray, k);
     ivec3 home = owner(at.cell);
     int left = look_ahead;
     for (int turn = 0; turn < LOOK_AHEAD_TURNS && left > 0; turn++) {
-        uint jump = leap(ray, at, home, brick_shift);
+        uint jump = leap(ray, at, home, edge_shift);
         if (k + jump >= ray.end)
             break;
-        at = ray_next(ray, k, at, jump);
         k += jump;
+        at = ray_sample(ray, k);
         home = owner(at.cell);
         int next = brick_of(home);
         if (next != brick && texelFetch(pages, next).r >> 30 >= STATE_RESIDENT) {
@@ -170,9 +222,12 @@ bool march_load(ivec2 pixel, out Ray ray, out March m)
     }
     if (!resume)
         m.k = ray.begin;
-    m.at = ray_sample(ray, m.k);
+    m.run = 0u;
+    m.counts = m.enters = m.waits = false;
     m.done = !state_marching(m.state);
-    m.waits = false;
+#ifdef PREINTEGRATED
+    m.before = locate(owner(ray_sample(ray, max(m.k, 1u) - 1u).cell));
+#endif
     return true;
 }
 
@@ -180,14 +235,14 @@ bool march_load(ivec2 pixel, out Ray ray, out March m)
 void march_suspend(March m, ivec2 pixel)
 {
     imageStore(state_image, pixel, state_pack(m.state));
-    imageStore(progress_image, pixel, uvec4(m.k, m.fetched, 0u, 0u));
+    imageStore(progress_image, pixel, uvec4(march_next(m), m.fetched, 0u, 0u));
 }
 
 /* Leave the pixel's colour, or what the next round needs and what the ray waits for. */
 void march_store(inout March m, Ray ray, ivec2 pixel)
 {
     vec4 colour = vec4(0.0);
-    bool ended = m.done || m.k >= ray.end;
+    bool ended = m.done || march_next(m) >= ray.end;
     if (ended && state_end(m.state, ray, m.k, m.fetched, m.block, colour)) {
         imageStore(state_image, pixel, floatBitsToUint(over_mesh(pixel, colour)));
         imageStore(progress_image, pixel, uvec4(FINISHED, m.fetched, 0u, 0u));
@@ -199,6 +254,6 @@ void march_store(inout March m, Ray ray, ivec2 pixel)
     if (ended || m.waits)
         want(m.block.brick, WANT_NEEDED);
     if (m.waits)
-        want_ahead(ray, m.k, m.at, m.block.brick);
+        want_ahead(ray, march_next(m), m.block.brick);
 #endif
 }

@@ -8,14 +8,14 @@ layout(early_fragment_tests) in;
 void march_back(inout March m, Ray ray, uint steps)
 {
     uint end = m.k, limit = min(ray.end - m.k, steps) + m.k;
-    Fixed3 at = m.at;
+    Fixed3 at = ray_sample(ray, end);
     while (end < limit) {
         ivec3 home = owner(at.cell);
         m.block = locate(home);
         m.waits = m.block.missing;
         if (m.waits)
             break;
-        end += min(leap(ray, at, home, brick_shift), limit - end);
+        end += min(leap(ray, at, home, edge_shift), limit - end);
         at = ray_sample(ray, end);
     }
     const uint first = m.k;
@@ -28,7 +28,7 @@ void march_back(inout March m, Ray ray, uint steps)
         do {
             int side = block.above ? SIDE_ABOVE : SIDE_BELOW;
             if (block.live) {
-                side = side_of(at, block);
+                side = side_of(spot_of(block, at));
                 m.fetched++;
             }
             if (sides_differ(side, behind)) {
@@ -52,7 +52,6 @@ void march_back(inout March m, Ray ray, uint steps)
         m.done = true;
         m.waits = false;
     }
-    m.at = ray_sample(ray, m.k);
 }
 #endif
 

@@ -32,6 +32,7 @@ uniform double bounds_ahead;                 /* of depth 1, in units of the view
 
 struct Ray {
     Fixed3 first, step, last; /* positions of the first and the last sample, in the level's index space */
+    Near3 stride;             /* step */
     uint count;               /* samples */
     uint begin, end;          /* those before begin and from end on need not be looked at */
     float length_mm, last_length_mm; /* of a piece */
@@ -122,6 +123,7 @@ bool ray_init(ivec2 pixel, out Ray ray)
     ray.end = ray.count;
 #endif
     ray.step = fixed_from(step);
+    ray.stride = near_from(ray.step, ivec3(0));
     ray.first = fixed_from(start + first * step);
     ray.last = fixed_from(start + last * step);
 #ifdef CUT
@@ -151,18 +153,6 @@ Fixed3 ray_sample(Ray ray, uint k)
         return ray.cut;
 #endif
     return fixed_add(ray.first, fixed_times(ray.step, k));
-}
-
-/* The sample `jump` after sample k, which is at `at`; not beyond the last. */
-Fixed3 ray_next(Ray ray, uint k, Fixed3 at, uint jump)
-{
-#ifdef CUT
-    if (k == 0u)
-        return ray_sample(ray, jump);
-#endif
-    if (k + jump + 1u == ray.count)
-        return ray.last;
-    return fixed_add(at, fixed_times(ray.step, jump));
 }
 
 /* Of sample k's piece, or with samples at ends of the piece that ends with it. */

@@ -25,15 +25,14 @@ Fixed3 ray_middle(Ray ray, uint k, Fixed3 at)
     return fixed_add(before, fixed_half(fixed_subtract(at, before)));
 }
 
-/* What supplies the piece between samples k - 1 and k: live, missing, or neither when the piece is transparent. back: the
- * surroundings of sample k. alone: the next piece may be another's. */
-Block supplier(Ray ray, uint k, Fixed3 at, Block back, out bool alone)
+/* What supplies the piece between samples k - 1 and k: live, missing, or neither when the piece is transparent. back, front: the
+ * surroundings of samples k and k - 1. alone: the next piece may be another's. */
+Block supplier(Ray ray, uint k, Fixed3 at, Block back, Block front, out bool alone)
 {
     alone = false;
     back.lacks = -1;
     if (k == 0u)
         return back;
-    Block front = locate(owner(ray_sample(ray, k - 1u).cell));
     if (front.brick == back.brick) {
         alone = !back.live;
         back.live = back.live || front.live;

@@ -1,6 +1,12 @@
 /* What a ray gathers on its way, by mode: State, what a sample and a leap over an inactive block add to it, its four words
- * between passes, and the picture's colour in the end. Samples have numbers and the state between two of them is kept whole,
+ * between passes, and the picture's colour in the end. A sample is looked at first; only one that counts is taken. Samples have numbers and the state between two of them is kept whole,
  * so it does not matter which method marches, nor where its passes end. */
+/* A position in a block as the atlas holds it. */
+struct Spot {
+    ivec3 texel;
+    vec3 fraction;
+};
+
 #ifdef STAND_IN
 /* A place of the level in the voxels of the brick that it is seen in: index0 = 2^h index + (2^h - 1) / 2. */
 Fixed3 place_in(Block block, Fixed3 at)
@@ -12,6 +18,17 @@ Fixed3 place_in(Block block, Fixed3 at)
     fraction = (fraction >> block.halvings) | (rest << 1 << (31 - block.halvings));
     fraction = usubBorrow(fraction, half_voxel, borrow);
     return Fixed3((cell >> block.halvings) - ivec3(borrow), fraction, uvec3(0u));
+}
+
+Spot spot_of(Block block, Fixed3 at)
+{
+    at = place_in(block, at);
+    return Spot(at.cell + block.offset, fixed_fraction(at));
+}
+
+Spot spot_of(Block block, Near3 at)
+{
+    return spot_of(block, fixed_near(at, block.place));
 }
 
 vec3 gradient_in(Block block, vec3 gradient)
@@ -26,13 +43,29 @@ uint samples_in(Block block)
     return MODE == MODE_ISO ? 1u : 1u << min(h.x, min(h.y, h.z));
 }
 #else
-#define place_in(block, at)          (at)
+Spot spot_of(Block block, Fixed3 at)
+{
+    return Spot(at.cell + block.offset, fixed_fraction(at));
+}
+
+Spot spot_of(Block block, Near3 at)
+{
+    return Spot(near_cell(at) + (block.place + block.offset), near_fraction(at));
+}
+
 #define gradient_in(block, gradient) (gradient)
 #define samples_in(block)            1u
 #endif
 
+#if MODE == MODE_MIP || MODE == MODE_ISO
+struct Look {
+    bool nothing;
+};
+#endif
+
 #if MODE == MODE_DVR || MODE == MODE_SHADED
 uniform float depth_end; /* optical depth at which a ray ends */
+float depth_limit = HELD(depth_end);
 
 /* Emission and absorption; optical depth rather than transmittance is summed, which loses nothing however thin. */
 struct State {
@@ -70,7 +103,7 @@ State state_unpack(uvec4 bits)
     return state_of(v, exponential(-v.a));
 }
 
-/* This and the next answer: is the ray done? */
+/* This, state_add and state_take answer: is the ray done? */
 bool state_skip(inout State s, Block block)
 {
     return false;
@@ -83,15 +116,15 @@ bool state_add(inout State s, float x, float alpha, vec3 rgb)
     s.rgb = sum;
     s.depth += x;
     s.transmittance = exponential(-s.depth);
-    return s.depth > depth_end;
+    return s.depth > depth_limit;
 }
 
 #ifdef PREINTEGRATED
-bool end_at(Fixed3 at, ivec3 offset, out End end)
+bool end_at(Spot spot, out End end)
 {
-    Cell c = cell_fetch(at.cell + offset);
+    Cell c = cell_fetch(spot.texel);
     bool valid = cell_valid(c);
-    end = end_of(valid ? cell_value(c, fixed_fraction(at)) : 0.0);
+    end = end_of(valid ? cell_value(c, spot.fraction) : 0.0);
     return valid;
 }
 
@@ -100,51 +133,62 @@ void state_enter(inout State s, Ray ray, uint k, Block block)
 {
     s.known = k > 0u;
     if (s.known)
-        s.known = end_at(ray_sample(ray, k - 1u), block.offset, s.front);
+        s.known = end_at(spot_of(block, ray_sample(ray, k - 1u)), s.front);
 }
+
+#define Look Stretch
 
 /* The piece of the ray between the sample before and this one. Where one of them has no value it is transparent. The light
  * falls on it as on its middle. */
-bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+bool state_look(inout State s, Ray ray, uint k, Near3 at, Block block, out Look look)
 {
     End front = s.front;
     bool known = s.known;
-    s.known = end_at(at, block.offset, s.front);
+    s.known = end_at(spot_of(block, at), s.front);
     s.lacks = false;
-    if (!known || !s.known)
-        return false;
-    Stretch part = stretch_of(front, s.front, ray_length(ray, k));
-    if (!(part.depth > 0.0))
-        return false;
-    float alpha = opacity(part.depth);
-    vec3 rgb = stretch_colour(part, alpha);
+    look = stretch_of(front, s.front, ray_length(ray, k));
+    return known && s.known && look.depth > 0.0;
+}
+
+bool state_take(inout State s, Ray ray, uint k, Near3 at, Block block, Look look)
+{
+    float alpha = opacity(look.depth);
+    vec3 rgb = stretch_colour(look, alpha);
 #if MODE == MODE_SHADED
     s.lacks = block.lacks >= 0;
     if (s.lacks)
         return false;
-    Fixed3 middle = ray_middle(ray, k, at);
-    ivec3 texel = middle.cell + block.offset;
-    rgb = shade(rgb, cell_gradient(cell_fetch(texel), texel, fixed_fraction(middle)), ray.view);
+    Spot middle = spot_of(block, ray_middle(ray, k, fixed_near(at, block.place)));
+    rgb = shade(rgb, cell_gradient(cell_fetch(middle.texel), middle.texel, middle.fraction), ray.view);
 #endif
-    return state_add(s, part.depth, alpha, rgb);
+    return state_add(s, look.depth, alpha, rgb);
 }
 #else
-bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+struct Look {
+    float value;
+    Cell cell;
+};
+
+/* All values outside visible_held are transparent; of the others the function itself says it. */
+bool state_look(inout State s, Ray ray, uint k, Near3 at, Block block, out Look look)
 {
-    at = place_in(block, at);
-    ivec3 texel = at.cell + block.offset;
-    vec3 f = fixed_fraction(at);
-    Cell c = cell_fetch(texel);
-    if (!cell_valid(c))
-        return false;
-    float v = cell_value(c, f);
+    Spot spot = spot_of(block, at);
+    look.cell = cell_fetch(spot.texel);
+    look.value = cell_value(look.cell, spot.fraction);
+    return cell_valid(look.cell) && look.value >= visible_held.x && look.value <= visible_held.y;
+}
+
+bool state_take(inout State s, Ray ray, uint k, Near3 at, Block block, Look look)
+{
+    float v = look.value;
     Piece piece = find_piece(v);
     float sigma = extinction(piece, v);
     if (!(sigma > 0.0))
         return false;
     vec3 rgb = emission(piece, v);
 #if MODE == MODE_SHADED
-    rgb = shade(rgb, gradient_in(block, cell_gradient(c, texel, f)), ray.view);
+    Spot spot = spot_of(block, at);
+    rgb = shade(rgb, gradient_in(block, cell_gradient(look.cell, spot.texel, spot.fraction)), ray.view);
 #endif
     precise float x = sigma * ray_length(ray, k);
 #ifdef STAND_IN
@@ -189,13 +233,13 @@ bool state_skip(inout State s, Block block)
     return false;
 }
 
-bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+bool state_look(inout State s, Ray ray, uint k, Near3 at, Block block, out Look look)
 {
-    at = place_in(block, at);
-    Cell c = cell_fetch(at.cell + block.offset);
+    Spot spot = spot_of(block, at);
+    Cell c = cell_fetch(spot.texel);
     if (!cell_valid(c))
         return false;
-    float v = cell_value(c, fixed_fraction(at));
+    float v = cell_value(c, spot.fraction);
     if (!s.any || v > s.largest)
         s.largest = v;
     s.any = true;
@@ -217,6 +261,7 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
 uniform float isovalue;    /* stored; a value is above when it is not less */
 uniform vec3 surface;      /* colour */
 uniform int refinements;   /* bisections */
+float threshold = HELD(isovalue);
 
 #define SIDE_NONE  0 /* a cell that is not finite has none, and bounds no surface */
 #define SIDE_BELOW 1
@@ -270,18 +315,18 @@ bool state_skip(inout State s, Block block)
     return state_side(s, block.above ? SIDE_ABOVE : SIDE_BELOW);
 }
 
-int side_of(Fixed3 at, Block block)
+int side_of(Spot spot)
 {
-    at = place_in(block, at);
-    Cell c = cell_fetch(at.cell + block.offset);
+    Cell c = cell_fetch(spot.texel);
     if (!cell_valid(c))
         return SIDE_NONE;
-    return cell_value(c, fixed_fraction(at)) >= isovalue ? SIDE_ABOVE : SIDE_BELOW;
+    return cell_value(c, spot.fraction) >= threshold ? SIDE_ABOVE : SIDE_BELOW;
 }
 
-bool state_sample(inout State s, Ray ray, uint k, Fixed3 at, Block block)
+bool state_look(inout State s, Ray ray, uint k, Near3 at, Block block, out Look look)
 {
-    return state_side(s, side_of(at, block));
+    state_side(s, side_of(spot_of(block, at)));
+    return false;
 }
 
 /* Does the isovalue lie between the cell's corners, give or take the interpolation's rounding? */
@@ -289,8 +334,7 @@ bool straddles(Fixed3 at, Block block)
 {
     if (!block.live)
         return false;
-    at = place_in(block, at);
-    Cell c = cell_fetch(at.cell + block.offset);
+    Cell c = cell_fetch(spot_of(block, at).texel);
     if (!cell_valid(c))
         return false;
     float a, b;
@@ -324,7 +368,7 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
                 return false;
             int side = block.above ? SIDE_ABOVE : SIDE_BELOW;
             if (block.live) {
-                side = side_of(middle, block);
+                side = side_of(spot_of(block, middle));
                 fetched++;
             }
             if (side == SIDE_NONE)
@@ -373,12 +417,18 @@ bool state_end(inout State s, Ray ray, uint k, inout uint fetched, inout Block b
 #endif
     vec3 gradient = vec3(0.0);
     if (found) {
-        far = place_in(block, far);
-        ivec3 texel = far.cell + block.offset;
-        gradient = gradient_in(block, cell_gradient(cell_fetch(texel), texel, fixed_fraction(far)));
+        Spot spot = spot_of(block, far);
+        gradient = gradient_in(block, cell_gradient(cell_fetch(spot.texel), spot.texel, spot.fraction));
     }
     colour = vec4(shade(surface, gradient, ray.view), 1.0);
     return true;
+}
+#endif
+
+#if MODE == MODE_MIP || MODE == MODE_ISO
+bool state_take(inout State s, Ray ray, uint k, Near3 at, Block block, Look look)
+{
+    return false; /* a look is all that a sample needs */
 }
 #endif
 

@@ -21,7 +21,7 @@ void main()
 #else
     bool here = !m.block.missing;
 #endif
-    if (m.done || (m.k < ray.end && here)) {
+    if (m.done || (march_next(m) < ray.end && here)) {
         march_suspend(m, pixel);
         gl_FragDepth = 0.0;
     } else {

@@ -7,6 +7,9 @@
 uniform samplerBuffer pieces;
 uniform usamplerBuffer bins; /* first and last piece of each */
 uniform float bin_origin, bin_scale, bin_last;
+uniform vec2 visible; /* all values outside are transparent */
+float first_bin = HELD(bin_origin), bins_a_value = HELD(bin_scale), last_bin = HELD(bin_last);
+vec2 visible_held = HELD(visible);
 
 struct Piece {
     int index;
@@ -15,7 +18,7 @@ struct Piece {
 
 Piece find_piece(float v)
 {
-    precise float bin = min(max((v - bin_origin) * bin_scale, 0.0), bin_last);
+    precise float bin = min(max((v - first_bin) * bins_a_value, 0.0), last_bin);
     uvec2 range = texelFetch(bins, int(bin)).rg;
     int low = int(range.x), high = int(range.y);
     for (int i = 0; i < SEARCH_STEPS; i++) {

@@ -145,7 +145,7 @@ class FullDisk(cli.Case):
     def test_convert(self):
         self.write("a.raw", os.urandom(1 << 20))
         self.full("convert", "a.raw", "--size", "128x128x64", "--type", "u8", "-o", "disk/a.brick", "--quiet",
-                  left="a.brick.part\na.brick.part.journal\n")
+                  left="a.brick.part\na.brick.part.journal\na.brick.part.levels\n")
 
     def test_export(self):
         self.write("a.raw", os.urandom(1 << 20))

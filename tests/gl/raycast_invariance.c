@@ -19,7 +19,7 @@
 #define NZ   83
 #define EDGE 64
 
-static const uint32_t edges[] = {16, 32, 64};
+static const uint32_t edges[] = {16, 32, 256};
 static const struct brick_transfer_point points[] = {
     {150, 0.2, 0.1, 0.1, 0.0}, {300, 0.9, 0.3, 0.1, 0.1}, {300, 0.1, 0.9, 0.1, 0.02}, {900, 1, 1, 0.9, 0.7}};
 /* Peaks between transparent values, narrower than what a voxel's way changes. */

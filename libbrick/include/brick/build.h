@@ -22,7 +22,7 @@ enum brick_build_stage {
     BRICK_STAGE_RANGES, /* of macrocells and bricks */
     BRICK_STAGE_COUNT,  /* statistics */
     BRICK_STAGE_COMPRESS,
-    BRICK_STAGE_RESUME,     /* bricks of an interrupted conversion, read and decoded */
+    BRICK_STAGE_RESUME,     /* bricks of an interrupted conversion, checked or decoded */
     BRICK_STAGE_DOWNSAMPLE, /* bytes of the finer level */
     BRICK_STAGE_SPOOL,      /* levels that wait in scratch files, written and read */
     BRICK_STAGE_WRITE,      /* checksums and payloads */
@@ -61,11 +61,12 @@ struct brick_build_report {
     uint64_t source_bytes; /* of it, read: less when resuming, more in tiles */
     uint64_t output_bytes; /* the file */
     uint64_t bricks, bricks_constant;
-    uint64_t bricks_kept;   /* of them, from an interrupted conversion */
-    uint64_t memory_bytes;  /* of everything, as planned */
-    unsigned threads;       /* that encoded */
-    bool tiled;             /* rows of bricks did not fit: level 0 was read in tiles, their borders twice */
-    uint64_t spooled_bytes; /* of voxels that waited in scratch files */
+    uint64_t bricks_kept;    /* of them, from an interrupted conversion */
+    uint64_t bricks_decoded; /* of these, decoded again */
+    uint64_t memory_bytes;   /* of everything, as planned */
+    unsigned threads;        /* that encoded */
+    bool tiled;              /* rows of bricks did not fit: level 0 was read in tiles, their borders twice */
+    uint64_t spooled_bytes;  /* of voxels that waited in scratch files */
     struct brick_build_cost stage[BRICK_STAGES];
     uint64_t wait_read_ns;  /* the encoding threads waited for the source, all together */
     uint64_t wait_write_ns; /* and for the writer */
@@ -82,11 +83,11 @@ enum brick_build_stage brick_build_limit(const struct brick_build_report *report
 /* The file's bytes depend on the source and on params' layout and codec alone: not on threads, memory, plain,
  * or where it was interrupted and resumed.
  *
- * Until it is complete it is PATH.part, with PATH.part.journal beside it. Killed, a conversion leaves both.
- * Failing, it removes them, unless it was to resume, or the system refused a read or a write (BRICK_ERR_IO: a
- * full disk, say) and something can be resumed: the message says so. Resuming is refused with
- * BRICK_ERR_ARGUMENT for a source without a state, and when source, layout or codec are not those with which
- * it was begun. */
+ * Until it is complete it is PATH.part, with PATH.part.levels and PATH.part.journal beside it. Killed, a
+ * conversion leaves them. Failing, it removes them, unless it was to resume, or the system refused a read or
+ * a write (BRICK_ERR_IO: a full disk, say) and something can be resumed: the message says so. Resuming is
+ * refused with BRICK_ERR_ARGUMENT for a source without a state, and when source, layout or codec are not
+ * those with which it was begun. */
 int brick_build(struct brick_source *source, const char *path, const struct brick_build_params *params,
                 struct brick_build_report *report, struct brick_error *err);
 

@@ -38,6 +38,8 @@ unsigned brick_cores(void);
 uint64_t brick_now_ns(void);
 /* Time that the calling thread has spent on a core, in nanoseconds. */
 uint64_t brick_thread_ns(void);
+/* The same of all threads of this process. */
+uint64_t brick_process_ns(void);
 /* Peak resident set of this process in bytes (getrusage). */
 uint64_t brick_peak_rss_bytes(void);
 

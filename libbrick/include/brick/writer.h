@@ -1,9 +1,8 @@
 /* Writing a .brick file: bricks in any order of levels, each level's bricks in ascending order.
  *
- * Level 0's payloads go to PATH.part as they come; those of coarser levels wait in memory, as far as that is
- * allowed, then in scratch files beside it, and are appended level by level when finishing; then tables,
- * sync, header, sync, rename. Nothing under PATH changes before that, and a writer destroyed unfinished
- * removes what it wrote, unless it was told to leave it. */
+ * Level 0's payloads go to PATH.part as they come; those of coarser levels wait in a file beside it, and are
+ * appended level by level when finishing; then tables, sync, header, sync, rename. Nothing under PATH changes
+ * before that, and a writer destroyed unfinished removes what it wrote, unless it was told to leave it. */
 #ifndef BRICK_WRITER_H
 #define BRICK_WRITER_H
 
@@ -17,17 +16,19 @@ struct brick_writer;
 
 int brick_writer_create(struct brick_writer **writer, const char *path, const struct brick_grid *grid,
                         struct brick_error *err);
-/* The same, with a journal in PATH.part.journal: when the writer is killed, or leaves its work, another one
- * of the same grid and identity can resume it. identity: text, one "key: value" a line: everything on which
- * the bricks depend. resume: keep level 0's bricks that are there; without it, or where there are none, the
- * file is begun anew. BRICK_ERR_ARGUMENT, and nothing changed, when they are of another identity. */
+/* The same, with a journal in PATH.part.journal, and coarser levels in PATH.part.levels: when the writer is
+ * killed, or leaves its work, another one of the same grid and identity can resume it. identity: text, one
+ * "key: value" a line: everything on which the bricks depend. resume: keep the bricks that are there; without
+ * it, or where there are none, the file is begun anew. BRICK_ERR_ARGUMENT, and nothing changed, when they are
+ * of another identity. */
 int brick_writer_create_journaled(struct brick_writer **writer, const char *path,
                                   const struct brick_grid *grid, const char *identity, bool resume,
                                   struct brick_error *err);
-/* Bricks [0, kept) of level 0 were there already: the next one to put is brick `kept`. Each is to be checked
- * before it is relied on, for a power cut may have taken it. */
-uint64_t brick_writer_kept(const struct brick_writer *writer);
-/* The index entry of a kept brick; its offset counts from the first payload. */
+bool brick_writer_is_journaled(const struct brick_writer *writer);
+/* The first `kept` bricks of a level were there already: the next one to put is the one after. Each is to be
+ * checked before it is relied on, for a power cut may have taken it. */
+uint64_t brick_writer_kept(const struct brick_writer *writer, uint32_t level);
+/* The index entry of a brick that is kept, or was put; its offset counts from the level's first payload. */
 const struct brick_entry *brick_writer_entry(const struct brick_writer *writer, uint64_t id);
 /* BRICK_ERR_CHECKSUM, BRICK_ERR_FORMAT: the brick is not what was written. Safe from several threads at once,
  * as is reading it, as brick_volume_read does. */
@@ -35,15 +36,23 @@ int brick_writer_check(const struct brick_writer *writer, uint64_t id, struct br
                        struct brick_error *err);
 int brick_writer_read(const struct brick_writer *writer, uint64_t id, void *dst,
                       struct brick_scratch *scratch, struct brick_error *err);
-/* Keep only bricks [0, kept); before any other brick of level 0 is put. */
-int brick_writer_cut(struct brick_writer *writer, uint64_t kept, struct brick_error *err);
+/* Of each level l keep its first limit[l] bricks at most, and nothing that came after the first brick that
+ * goes; before any other brick is put. */
+int brick_writer_cut(struct brick_writer *writer, const uint64_t limit[], struct brick_error *err);
+/* A note in the journal, of any number of parts: for who resumes, what its user needs in order to go on from
+ * here. It is kept when all bricks are that were put before it. */
+int brick_writer_note_begin(struct brick_writer *writer, struct brick_error *err);
+int brick_writer_note_add(struct brick_writer *writer, const void *bytes, size_t n, struct brick_error *err);
+int brick_writer_note_end(struct brick_writer *writer, struct brick_error *err);
+/* The last note that is kept, until one is begun: its bytes, 0 when there is none; and some of them. */
+uint64_t brick_writer_note_bytes(const struct brick_writer *writer);
+int brick_writer_note_read(const struct brick_writer *writer, uint64_t at, void *bytes, size_t n,
+                           struct brick_error *err);
 /* Destroying the writer will leave what can be resumed: that many bricks, of a journaled writer; 0: none. A
  * writer that has resumed leaves its work in any case. */
 uint64_t brick_writer_leave(struct brick_writer *writer);
 /* What the header says of lossy bricks, see brick_volume_tolerance; 0 unless set. */
 void brick_writer_set_tolerance(struct brick_writer *writer, double tolerance);
-/* Allow payloads of coarser levels to wait in this much memory (0 until called; before the first brick). */
-void brick_writer_keep(struct brick_writer *writer, uint64_t bytes);
 /* entry's range, mask, codec, flags, value and nonfinite are the caller's; offset, bytes and checksum are the
  * writer's. payload is NULL and bytes 0 for a constant brick. Within a level ids must ascend by one. */
 int brick_writer_put(struct brick_writer *writer, uint64_t id, const struct brick_entry *entry,
