@@ -1,6 +1,6 @@
 /* Isosurfaces by ray tracing: from a scene to a picture (Parker et al. 1998).
  *
- * Tiles of 16 x 8 pixels wait in a queue; each thread takes as many as are left divided by twice the threads,
+ * Tiles of 16 x 8 pixels wait in a queue; each thread takes as many as are left divided by 8 times the threads,
  * so that grants are large at first and single tiles at the end (section 2.2). A pixel depends on nothing but
  * its own ray: neither threads nor cache change a bit. */
 #include <renderer/renderer.h>
@@ -193,7 +193,7 @@ static uint32_t take_grant(struct picture *p, uint32_t *first)
 {
     uint_fast32_t at = atomic_load(&p->next), end;
     do {
-        uint_fast32_t share = (p->tiles - at) / (2 * p->tracer->threads);
+        uint_fast32_t share = (p->tiles - at) / (8 * p->tracer->threads);
         end = at + (share ? share : 1);
         if (at >= p->tiles)
             end = at;
