@@ -1,8 +1,8 @@
 /* Isosurfaces by ray tracing: from a scene to a picture (Parker et al. 1998).
  *
- * Tiles of 16 x 8 pixels wait in a queue; each thread takes as many as are left divided by 8 times the threads,
- * so that grants are large at first and single tiles at the end (section 2.2). A pixel depends on nothing but
- * its own ray: neither threads nor cache change a bit. */
+ * Tiles of 16 x 8 pixels wait in a queue; each thread takes as many as are left divided by 8 times the
+ * threads, so that grants are large at first and single tiles at the end (section 2.2). A pixel depends on
+ * nothing but its own ray: neither threads nor cache change a bit. */
 #include <renderer/renderer.h>
 
 #include <math.h>
