@@ -34,9 +34,9 @@ static const struct vr_shader_part far_parts[] = {VR_MARCH_PARTS, {"raycast.glsl
 static const struct vr_program_source far_source = {.fragment = far_parts,
                                                     .fragment_count = sizeof far_parts / sizeof *far_parts};
 /* What a ray does in one pass is bounded so that 16 rays at once stay below the 65535 turns of loops that
- * llvmpipe allows: at most 4 turns a sample or leap, if rays wait for each other all the time, and leaps to
+ * llvmpipe allows: at most 5 turns a sample or leap, if rays wait for each other all the time, and leaps to
  * look ahead. */
-const struct vr_march_pass vr_march_far = {&far_source, "#define STEPS_A_PASS 900\n", VR_TARGET_DEPTH_OFF};
+const struct vr_march_pass vr_march_far = {&far_source, "#define STEPS_A_PASS 750\n", VR_TARGET_DEPTH_OFF};
 
 static bool has_bounds(const struct vr_frame *frame)
 {

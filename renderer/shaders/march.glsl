@@ -64,48 +64,62 @@ Near3 march_stride(March m, Ray ray)
 #define march_stride(m, ray) (ray.stride)
 #endif
 
-/* Over inactive blocks in `left` leaps at most, to a sample of an active one. Without a brick for it the ray waits. The last
- * sample is not where steps lead, so it has a run of its own. */
+/* Over inactive blocks in `left` leaps at most, to a sample of an active one, and on through what is active behind it in the
+ * same brick: that is the run. Without a brick for the sample the ray waits. The last sample is not where steps lead, so it has
+ * a run of its own. */
 void march_leap(inout March m, Ray ray, inout uint left)
 {
-    bool on;
     m.k += m.run;
     m.run = 0u;
     m.enters = m.waits = false;
+    uint next = m.k;
+    bool on;
     do {
-        Fixed3 at = ray_sample(ray, m.k);
+        Fixed3 at = ray_sample(ray, next);
         ivec3 home = owner(at.cell);
         Block block = locate(home);
-        uint run = min(leap(ray, at, home, block.shift), ray.end - min(m.k, ray.end));
+        uint run = min(leap(ray, at, home, block.shift), ray.end - min(next, ray.end));
+        bool alone = block.shift == near_shift; /* the next block is in another brick */
 #ifdef PREINTEGRATED
-        bool alone;
         Block here = block;
-        block = supplier(ray, m.k, at, here, m.before, alone);
-        m.before = here;
-        run = alone ? min(run, 1u) : run;
+        bool single;
+        block = supplier(ray, next, at, here, m.before, single);
+        run = single ? min(run, 1u) : run;
+        alone = alone || single;
 #endif
-        on = run > 0u && !block.live && !block.missing && left > 0u;
-        if (on) {
-            m.done = state_skip(m.state, block);
-            on = !m.done;
-#ifndef SKIP
-            run = 1u;
-#endif
-            m.k += on ? run : 0u;
-            left--;
+        bool live = run > 0u && block.live;
+        if (m.enters) {
+            on = live && !alone && block.place == m.block.place;
         } else {
-            m.block = block;
+            on = run > 0u && left > 0u && !block.missing;
             m.waits = run > 0u && block.missing;
-            m.enters = run > 0u && block.live && left > 0u;
-            run = min(run, max(ray.count - 1u - m.k, 1u));
-#ifdef CUT
-            run = m.k == 0u ? 1u : run;
-#endif
-            m.last = m.k + min(run, left) - 1u;
+            m.enters = on && live;
+            m.block = block;
             m.at = near_from(at, block.place);
+            if (on && !live) {
+                m.done = state_skip(m.state, block);
+                on = !m.done;
+#ifndef SKIP
+                run = 1u;
+#endif
+                m.k += on ? run : 0u;
+                left--;
+            }
         }
+        if (on) {
+            next += run;
+#ifdef PREINTEGRATED
+            m.before = here;
+#endif
+        }
+        on = on && !(m.enters && (alone || next - m.k >= left));
     } while (on);
     if (m.enters) {
+        uint run = min(next - m.k, max(ray.count - 1u - m.k, 1u));
+#ifdef CUT
+        run = m.k == 0u ? 1u : run;
+#endif
+        m.last = m.k + min(run, left) - 1u;
         m.run = samples_in(m.block);
         m.at = near_subtract(m.at, march_stride(m, ray));
         m.k -= m.run;
