@@ -268,6 +268,23 @@ static int read_box(struct brick_source *base, const uint64_t lo[3], const uint6
     return BRICK_OK;
 }
 
+static void fetch(struct brick_source *base, uint64_t z, uint64_t count)
+{
+    struct file_source *s = (struct file_source *)base;
+    uint64_t offset = z * s->slice_bytes, end = offset + count * s->slice_bytes;
+    while (offset < end) {
+        uint64_t file = offset / s->file_bytes, within = offset % s->file_bytes, n = s->file_bytes - within;
+        if (n > end - offset)
+            n = end - offset;
+        struct brick_io io;
+        if (brick_io_open(&io, s->path[file], NULL))
+            return; /* reading it will say why */
+        brick_io_start_reading(&io, s->start[file] + within, n);
+        brick_io_close(&io);
+        offset += n;
+    }
+}
+
 static char *describe(const struct fmt_file_layout *layout)
 {
     static const char *const names[] = {"raw", "gzip", "zlib"};
@@ -299,8 +316,10 @@ int fmt_file_source_create(struct brick_source **source, const struct fmt_file_l
     s->base.geometry = layout->geometry;
     s->base.type = layout->type;
     s->base.read = read_slices;
-    if (layout->encoding == FMT_ENCODING_RAW)
+    if (layout->encoding == FMT_ENCODING_RAW) {
         s->base.read_box = read_box;
+        s->base.fetch = fetch;
+    }
     s->base.destroy = destroy;
     s->io = (struct brick_io)BRICK_IO_CLOSED;
     s->encoding = layout->encoding;

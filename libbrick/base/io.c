@@ -13,6 +13,7 @@
 
 /* Linux transfers at most 0x7ffff000 bytes a call; staying below keeps the loops simple everywhere. */
 #define MAX_TRANSFER_BYTES ((size_t)1 << 30)
+#define READING_BYTES      ((uint64_t)128 << 10)
 #define LOCK_TURNS         50 /* of 10 ms */
 
 static int open_as(struct brick_io *io, const char *path, int flags, struct brick_error *err)
@@ -198,6 +199,21 @@ int brick_io_write_at(const struct brick_io *io, uint64_t offset, const void *sr
         n -= (size_t)put;
     }
     return BRICK_OK;
+}
+
+/* Linux begins no more a call than the device takes at once, or its read-ahead: 128 KiB unless it is set. */
+void brick_io_start_reading(const struct brick_io *io, uint64_t offset, uint64_t n)
+{
+#ifdef POSIX_FADV_WILLNEED
+    for (uint64_t some; n; offset += some, n -= some) {
+        some = n < READING_BYTES ? n : READING_BYTES;
+        (void)posix_fadvise(io->fd, (off_t)offset, (off_t)some, POSIX_FADV_WILLNEED);
+    }
+#else
+    (void)io;
+    (void)offset;
+    (void)n;
+#endif
 }
 
 void brick_io_start_writeback(const struct brick_io *io, uint64_t offset, uint64_t n)

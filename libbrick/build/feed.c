@@ -127,6 +127,21 @@ static void cover(struct window *w, const struct box *box)
     }
 }
 
+/* Boxes hop from slice to slice, which disks do slowly: the source is told a row of bricks ahead, a tile's
+ * share of it at a time, so that it can have all of it fetched in order. */
+static void fetch_ahead(struct feed *f, const struct tile *tile)
+{
+    const struct brick_level *level = &f->grid->level[0];
+    uint64_t line = level->bricks[0], done = tile->from[1] * line + tile->from[0] + tile_bricks(tile);
+    uint64_t end = tile_stored(f->grid, tile).hi[2] + f->grid->edge * done / (line * level->bricks[1]);
+    if (end > level->dims[2])
+        end = level->dims[2];
+    if (!f->source->fetch || end == f->fetched)
+        return;
+    f->source->fetch(f->source, f->fetched, end - f->fetched);
+    f->fetched = end;
+}
+
 static void read_boxes(struct feed *f)
 {
     uint64_t rows = f->grid->level[0].bricks[2], turn = 0;
@@ -140,6 +155,7 @@ static void read_boxes(struct feed *f)
             struct brick_error error = {0};
             uint64_t start = brick_now_ns();
             cover(w, &box);
+            fetch_ahead(f, &tile);
             int code = BRICK_OK;
             for (uint64_t z = box.lo[2]; !code && z < box.hi[2]; z++) {
                 slice.lo[2] = z;
@@ -173,6 +189,7 @@ const struct window *feed_lend(struct feed *f, const struct tile *tile)
 int feed_start(struct feed *f, const struct tile *first, struct brick_error *err)
 {
     f->first = *first;
+    f->fetched = tile_stored(f->grid, first).lo[2];
     if (!f->plan->boxes)
         f->read = f->released = tile_stored(f->grid, first).lo[2];
     f->running = brick_thread_start(&f->thread, feed_main, f);

@@ -15,6 +15,7 @@ struct feed {
     struct window window[2]; /* a ring uses the first, boxes take turns */
     void *staging;
     struct tile first;
+    uint64_t fetched; /* slices that the source was told of; the reading thread's */
 
     pthread_t thread;
     bool running;

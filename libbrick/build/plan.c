@@ -1,8 +1,9 @@
 /* The plan decides memory and speed, never bytes of the file. Preferred in this order: whole slices of every
- * level in memory, reading ahead of the encoding; coarser levels' slices in scratch files; level 0 in tiles,
- * which reads their borders again; slices without reading ahead. A source that cannot read boxes has no
- * tiles. Invariant: memory_bytes counts every allocation that grows with the volume, the threads or the
- * brick, and an allowance for the program itself. */
+ * level in memory, reading ahead of the encoding; level 0 in tiles of whole lines of bricks, where reading
+ * their borders again is cheap; coarser levels' slices in scratch files; level 0 in any tiles; slices without
+ * reading ahead. A source that cannot read boxes has no tiles. Invariant: memory_bytes counts every
+ * allocation that grows with the volume, the threads or the brick, and an allowance for the program itself.
+ */
 #include "plan.h"
 
 #include <brick/checked.h>
@@ -14,7 +15,8 @@ enum {
     THREAD_BYTES = 1 << 20,
     SLOTS_A_THREAD = 64,
     STAGING_BYTES = 1 << 20,
-    AHEAD_BYTES = 4 << 20
+    AHEAD_BYTES = 4 << 20,
+    TILE_BYTES = 12 << 20 /* what is much larger does not stay in the processor's cache until it is used */
 };
 
 static uint64_t add(uint64_t a, uint64_t b)
@@ -113,45 +115,47 @@ static bool fits(const struct planner *p, struct plan *plan)
 }
 
 /* Whole rows first, then fewer lines of bricks, then parts of a line. */
-static bool shrink(struct plan *plan)
+static bool shrink(struct plan *plan, bool parts)
 {
     int a = plan->shape[1] > 1 ? 1 : 0;
-    if (plan->shape[a] == 1)
+    if (plan->shape[a] == 1 || (a == 0 && !parts))
         return false;
     plan->shape[a] = (plan->shape[a] + 1) / 2;
     return true;
 }
 
-/* Choose spools and tiles for a way of reading level 0. */
-static bool choose(const struct planner *p, struct plan *plan)
+/* Choose tiles for a way of reading level 0, and spools, at most for the levels between it and `last`. parts:
+ * of lines of bricks, too, where level 0 can be read in no other way; each boundary costs, so tiles are
+ * large. */
+static bool choose(const struct planner *p, struct plan *plan, uint32_t last, bool parts)
 {
     const struct brick_grid *grid = p->grid;
     uint64_t rest = p->budget - p->fixed;
-    for (uint32_t first = 1; first <= grid->levels; first++) {
+    for (uint32_t first = 1; first <= last; first++) {
         plan->first_in_memory = first;
         uint64_t rings = 0;
         for (uint32_t l = first; l < grid->levels; l++)
             rings = add(rings, mul(3 * plan_coarse_slices(grid, l), slice_bytes(grid, l)));
-        if (plan->boxes && rings > rest / 2 && first < grid->levels)
+        if (plan->boxes && parts && rings > rest / 2 && first < grid->levels)
             continue; /* leave room for tiles worth their borders */
         plan->shape[0] = grid->level[0].bricks[0];
         plan->shape[1] = grid->level[0].bricks[1];
         do
-            if (fits(p, plan))
+            if (fits(p, plan) && (parts || plan->box_bytes <= TILE_BYTES || plan->shape[1] == 1))
                 return true;
-        while (shrink(plan));
+        while (shrink(plan, parts));
     }
     return false;
 }
 
-static bool choose_ring(const struct planner *p, struct plan *plan, uint64_t ahead)
+static bool choose_ring(const struct planner *p, struct plan *plan, uint64_t ahead, uint32_t last)
 {
     uint64_t nz = p->grid->level[0].dims[2];
     /* The next row of bricks, and of thin volumes enough that threads wake each other seldom. */
     uint64_t all = most(2 * p->grid->edge + 2 * p->grid->border, AHEAD_BYTES / slice_bytes(p->grid, 0));
     plan->boxes = false;
     plan->ring_slices = least(row_slices(p->grid, 0) + ahead, nz);
-    if (!choose(p, plan))
+    if (!choose(p, plan, last, true))
         return false;
     uint64_t more = (p->budget - plan->memory_bytes) / slice_bytes(p->grid, 0);
     plan->ring_slices = least(add(plan->ring_slices, more), least(all, nz));
@@ -159,11 +163,11 @@ static bool choose_ring(const struct planner *p, struct plan *plan, uint64_t ahe
     return true;
 }
 
-static bool choose_boxes(const struct planner *p, struct plan *plan)
+static bool choose_boxes(const struct planner *p, struct plan *plan, bool parts)
 {
     plan->boxes = true;
     plan->ring_slices = 0;
-    return choose(p, plan);
+    return choose(p, plan, p->grid->levels, parts);
 }
 
 static uint64_t codec_bytes(enum brick_codec codec, uint64_t payload)
@@ -192,8 +196,10 @@ int plan_make(struct plan *plan, const struct brick_grid *grid, const struct bri
     p.fixed = add(p.fixed, plan->slots * (bound + sizeof(struct encoded)));
     p.fixed = add(p.fixed, mul(grid->bricks, sizeof(struct brick_entry)));
     bool room = p.fixed <= p.budget;
-    if (room && (choose_ring(&p, plan, grid->edge / 2) || (source->read_box && choose_boxes(&p, plan)) ||
-                 choose_ring(&p, plan, 0)))
+    if (room &&
+        (choose_ring(&p, plan, grid->edge / 2, 1) || (source->fetch && choose_boxes(&p, plan, false)) ||
+         choose_ring(&p, plan, grid->edge / 2, grid->levels) ||
+         (source->read_box && choose_boxes(&p, plan, true)) || choose_ring(&p, plan, 0, grid->levels)))
         return BRICK_OK;
     /* Nothing fits: the smallest plan says what would. */
     plan->boxes = source->read_box != NULL;

@@ -148,6 +148,68 @@ static void same_file_by_any_plan(void **state)
     }
 }
 
+/* A source whose voxels are cheap to read twice, and what it is told and asked for. */
+static struct {
+    int (*read_box)(struct brick_source *, const uint64_t[3], const uint64_t[3], void *,
+                    struct brick_error *);
+    uint64_t told; /* slices */
+    bool parts;    /* of lines were asked for */
+} fetching;
+
+static void note_fetch(struct brick_source *source, uint64_t z, uint64_t count)
+{
+    assert_int_equal(z, fetching.told);
+    assert_true(count > 0 && count <= source->geometry.dims[2] - z);
+    fetching.told += count;
+}
+
+static int read_fetched(struct brick_source *source, const uint64_t lo[3], const uint64_t hi[3], void *dst,
+                        struct brick_error *err)
+{
+    assert_true(hi[2] <= fetching.told);
+    fetching.parts = fetching.parts || hi[0] - lo[0] < source->geometry.dims[0];
+    return fetching.read_box(source, lo, hi, dst, err);
+}
+
+/* Where whole slices leave no room for coarser levels, tiles of whole lines go before scratch files, if their
+ * borders are cheap to read. */
+static void cheap_borders_go_before_scratch_files(void **state)
+{
+    (void)state;
+    void *voxels = ball(BRICK_U16, 397, 381, 43);
+    struct memory_source source;
+    memory_source_init(&source, BRICK_U16, 397, 381, 43, voxels);
+    struct brick_build_params params = brick_build_defaults;
+    params.edge = 16;
+    params.threads = 2;
+    fetching.read_box = source.base.read_box;
+    unsigned better = 0;
+    for (params.memory_bytes = UINT64_C(20) << 20; params.memory_bytes < UINT64_C(60) << 20;
+         params.memory_bytes += UINT64_C(1) << 20) {
+        struct seen without = {0}, with = {0};
+        uint64_t first, second;
+        source.base.read_box = fetching.read_box;
+        source.base.fetch = NULL;
+        if (!build(&source, &params, &without, &first))
+            continue;
+        source.base.read_box = read_fetched;
+        source.base.fetch = note_fetch;
+        fetching.told = 0;
+        fetching.parts = false;
+        assert_true(build(&source, &params, &with, &second));
+        assert_int_equal(first, second);
+        assert_int_equal(fetching.told, with.tiles ? 43 : 0);
+        if (without.spools_with_ring) {
+            assert_true(with.tiles && !fetching.parts);
+            better += !with.spools;
+        } else {
+            assert_int_equal(with.ring, without.ring);
+        }
+    }
+    assert_true(better > 0);
+    free(voxels);
+}
+
 /* Bytes of a file that depends on no library: what a change of the format or of a definition changes, and
  * nothing else. */
 static void golden_file(void **state)
@@ -305,6 +367,7 @@ int main(void)
         cmocka_unit_test(failures_end_it),
         cmocka_unit_test(golden_file),
         cmocka_unit_test(same_file_by_any_plan),
+        cmocka_unit_test(cheap_borders_go_before_scratch_files),
     };
     return cmocka_run_group_tests_name("plans", tests, NULL, NULL);
 }

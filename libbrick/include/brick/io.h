@@ -44,6 +44,8 @@ int brick_io_read_at(const struct brick_io *io, uint64_t offset, void *dst, size
                      struct brick_error *err);
 int brick_io_write_at(const struct brick_io *io, uint64_t offset, const void *src, size_t n,
                       struct brick_error *err);
+/* A hint: begin to read these bytes into the page cache without waiting. */
+void brick_io_start_reading(const struct brick_io *io, uint64_t offset, uint64_t n);
 /* A hint: begin to write these bytes to disk without waiting, so that a later sync is short. */
 void brick_io_start_writeback(const struct brick_io *io, uint64_t offset, uint64_t n);
 int brick_io_sync(const struct brick_io *io, struct brick_error *err);

@@ -32,6 +32,9 @@ struct brick_source {
      * front to back. One caller at a time. */
     int (*read_box)(struct brick_source *source, const uint64_t lo[3], const uint64_t hi[3], void *dst,
                     struct brick_error *err);
+    /* Boxes of slices [z, z + count) will be read soon: a hint, given in ascending order. A source that has
+     * it says that a voxel read before costs little to read again. May be NULL; needs read_box. */
+    void (*fetch)(struct brick_source *source, uint64_t z, uint64_t count);
     void (*destroy)(struct brick_source *source);
 };
 
