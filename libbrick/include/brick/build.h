@@ -65,8 +65,9 @@ struct brick_build_report {
     uint64_t bricks_decoded; /* of these, decoded again */
     uint64_t memory_bytes;   /* of everything, as planned */
     unsigned threads;        /* that encoded */
-    bool tiled;              /* rows of bricks did not fit: level 0 was read in tiles, their borders twice */
-    uint64_t spooled_bytes;  /* of voxels that waited in scratch files */
+    bool tiled; /* rows of bricks did not fit, or not beside coarser levels: level 0 was read in tiles, their
+                   borders twice */
+    uint64_t spooled_bytes; /* of voxels that waited in scratch files */
     struct brick_build_cost stage[BRICK_STAGES];
     uint64_t wait_read_ns;  /* the encoding threads waited for the source, all together */
     uint64_t wait_write_ns; /* and for the writer */
