@@ -5,12 +5,13 @@ uniform vec4 material;      /* ambient, diffuse, specular, shininess */
 
 vec3 shade(vec3 rgb, vec3 gradient, vec3 view)
 {
-    vec3 n = normal_matrix * gradient;
+    precise vec3 n = normal_matrix[0] * gradient.x + normal_matrix[1] * gradient.y + normal_matrix[2] * gradient.z;
     float largest = max(abs(n.x), max(abs(n.y), abs(n.z)));
     if (!(largest > 0.0))
         return rgb * material.x;
-    n = normalize(n / largest);
-    float facing = min(abs(dot(n, view)), 1.0);
-    float highlight = facing > 0.0 ? pow(facing, material.w) : 0.0;
-    return rgb * (material.x + material.y * facing) + material.z * highlight;
+    n /= largest;
+    precise float along = (n.x * view.x + n.y * view.y + n.z * view.z) / sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+    float facing = min(abs(along), 1.0);
+    precise vec3 lit = rgb * (material.x + material.y * facing) + material.z * power(facing, material.w);
+    return lit;
 }
