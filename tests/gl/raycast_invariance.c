@@ -1,6 +1,6 @@
 /* The picture depends on the volume and the scene only: the same bytes for every brick edge, with and without
- * skipping, by raycast and by multipass, through EGL and OSMesa; rays along brick faces, edges and through
- * corners, and from inside, included. */
+ * skipping, by raycast and by multipass, through EGL and OSMesa, and without OpenGL; rays along brick faces,
+ * edges and through corners, and from inside, included. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -77,12 +77,24 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
 
 #define VIEWS 6
 
-/* Images of every mode and view, in one renderer, against those of the first. hand: raycast without skipping
- * and with, multipass without and with. */
-static void compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
-                        struct brick_transfer *const transfers[2], double isovalue, double step, int hand,
-                        struct brick_image *images, bool first, const char *what)
+/* Does OpenGL round as IEEE 754 says? Only then are its bytes those of the CPU. */
+static bool rounds_well(const struct vr_report *report)
 {
+    return strstr(report->gl_renderer, "llvmpipe");
+}
+
+static bool on_cpu(int way)
+{
+    return way < 4 && way != BRICK_MODE_ISO;
+}
+
+/* Images of every mode and view, in one renderer, against those of the first. hand: raycast without skipping
+ * and with, multipass without and with. True if the CPU's must be the same. */
+static bool compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
+                        struct brick_transfer *const transfers[2], double isovalue, double step, int hand,
+                        bool cpu, struct brick_image *images, bool first, const char *what)
+{
+    bool well = false;
     for (int way = 0; way < (step <= 1.0 ? WAYS : 4); way++)
         for (int view = 0; view < VIEWS; view++) {
             struct vr_scene scene = vr_scene_defaults;
@@ -90,6 +102,8 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
             struct brick_image image;
             struct vr_report report;
             char line[160];
+            if (cpu && !on_cpu(way))
+                continue;
             set_way(way, &scene, &quality);
             scene.transfer = transfers[way >= 4];
             scene.isovalue = isovalue;
@@ -101,6 +115,7 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
             camera_of(view, grid, &scene.camera);
             render(renderer, &scene, &quality, &image, &report);
             assert_true(report.bricks_active <= report.bricks_total);
+            well = rounds_well(&report);
             if (first) {
                 double sum = 0.0;
                 for (int i = 0; i < EDGE * EDGE; i++)
@@ -114,6 +129,7 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
             assert_same_image(&image, &images[way * VIEWS + view], line);
             brick_image_finish(&image);
         }
+    return well;
 }
 
 /* Rays too long for one pass: where a pass ends depends on bricks and skipping, the picture does not. */
@@ -134,6 +150,7 @@ static void test_passes(void **state)
     for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
         struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
+        struct vr_renderer *cpu = renderer ? try_renderer(volume, VR_CONTEXT_CPU) : NULL;
         for (int run = 0; renderer && run < 3 * WAYS; run++) {
             int way = run / 3, hand = run % 3;
             struct vr_scene scene = vr_scene_defaults;
@@ -162,8 +179,15 @@ static void test_passes(void **state)
             }
             assert_same_image(&image, &images[way], line);
             brick_image_finish(&image);
+            if (!rounds_well(&report) || !on_cpu(way) || hand == 2)
+                continue;
+            render(cpu, &scene, &quality, &image, &report);
+            snprintf(line, sizeof line, "long rays without OpenGL, bricks of %u, way %d", edges[e], way);
+            assert_same_image(&image, &images[way], line);
+            brick_image_finish(&image);
         }
         first = first && !renderer;
+        vr_renderer_destroy(&cpu);
         vr_renderer_destroy(&renderer);
         brick_volume_close(&volume);
     }
@@ -181,18 +205,21 @@ static void check(enum brick_type type, const void *voxels, double isovalue, dou
                                            transfer_of(peaks, sizeof peaks / sizeof peaks[0])};
     struct brick_image images[WAYS * VIEWS] = {{0}};
     bool first = true;
-    static const enum vr_context_kind kinds[] = {VR_CONTEXT_EGL, VR_CONTEXT_OSMESA};
-    static const char *const names[] = {"EGL", "OSMesa"};
+    static const enum vr_context_kind kinds[] = {VR_CONTEXT_EGL, VR_CONTEXT_OSMESA, VR_CONTEXT_CPU};
+    static const char *const names[] = {"EGL", "OSMesa", "no OpenGL"};
+    bool well = false;
     memory_source_init(&source, type, NX, NY, NZ, voxels);
     for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
-        for (int c = 0; c < 2; c++) {
-            struct vr_renderer *renderer = c == 0 || e == 0 ? try_renderer(volume, kinds[c]) : NULL;
-            for (int hand = 0; renderer && hand < (e == 1 ? 4 : 2); hand++) {
+        for (int c = 0; c < 3; c++) {
+            const bool cpu = kinds[c] == VR_CONTEXT_CPU, wanted = cpu ? well : c == 0 || e == 0;
+            struct vr_renderer *renderer = wanted ? try_renderer(volume, kinds[c]) : NULL;
+            for (int hand = 0; renderer && hand < (e == 1 && !cpu ? 4 : 2); hand++) {
                 char what[80];
                 snprintf(what, sizeof what, "%s, bricks of %u, hand %d", names[c], edges[e], hand);
-                compare_all(renderer, brick_volume_grid(volume), transfers, isovalue, step, hand, images,
-                            first, what);
+                well = compare_all(renderer, brick_volume_grid(volume), transfers, isovalue, step, hand, cpu,
+                                   images, first, what) ||
+                       cpu;
                 first = false;
             }
             vr_renderer_destroy(&renderer);

@@ -12,7 +12,13 @@
 #include <brick/transfer.h>
 #include <brick/volume.h>
 
-enum vr_context_kind { VR_CONTEXT_AUTO, VR_CONTEXT_EGL, VR_CONTEXT_OSMESA };
+enum vr_context_kind {
+    VR_CONTEXT_AUTO, /* EGL or, if it gives none, OSMesa */
+    VR_CONTEXT_EGL,
+    VR_CONTEXT_OSMESA,
+    VR_CONTEXT_CPU /* no OpenGL: the raycast method's dvr, shaded and mip, without meshes, on the processor;
+                      of pictures' bytes those of an OpenGL that rounds as IEEE 754 says */
+};
 
 /* Keeps the points of the world with normal . x >= offset. */
 struct vr_plane {
@@ -166,6 +172,11 @@ struct vr_renderer_params {
     unsigned threads;          /* 0: one a core */
 };
 extern const struct vr_renderer_params vr_renderer_defaults;
+
+/* Is VR_CONTEXT_CPU the faster way to draw this: params leave the context open, there is no GPU for OpenGL to
+ * run on, and the scene is one that the processor draws? */
+bool vr_prefers_cpu(const struct vr_scene *scene, const struct vr_quality *quality,
+                    const struct vr_renderer_params *params);
 
 /* BRICK_ERR_UNSUPPORTED when no such context can be had, saying what is missing. */
 int vr_renderer_create(struct vr_renderer **renderer, const struct brick_volume *volume,
