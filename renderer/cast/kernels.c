@@ -73,11 +73,12 @@ INLINE vf c_sqrt(vf a)
     return r;
 }
 
-/* Two words one after the other. */
-INLINE void c_gather_two(const void *base, vi byte, vi words[2])
+/* Two words one after the other, from each of four bases. */
+INLINE void c_rows(const char *const base[4], vi byte, vi words[4][2])
 {
-    words[0] = c_gather(base, byte);
-    words[1] = c_gather((const char *)base + 4, byte);
+    for (int k = 0; k < 4; k++)
+        for (int w = 0; w < 2; w++)
+            words[k][w] = c_gather(base[k] + 4 * w, byte);
 }
 
 /* row[at], of a row of so many */
@@ -132,26 +133,26 @@ TARGET INLINE vf avx2_sqrt(vf a)
     return (vf)_mm256_sqrt_ps((__m256)a);
 }
 
-/* Loads one by one take less time than a gather of twice the width. */
+/* Loads one by one take less time than gathers of twice the width. */
 INLINE __m128i load_two(const char *base, int32_t first, int32_t second)
 {
     const __m128 low = (__m128)_mm_loadl_epi64((const __m128i *)(base + first));
     return (__m128i)_mm_loadh_pi(low, (const __m64 *)(base + second));
 }
 
-TARGET INLINE __m256i avx2_load_four(const char *base, const int32_t *byte)
+TARGET INLINE void avx2_rows(const char *const base[4], vi byte, vi words[4][2])
 {
-    const __m256i low = _mm256_castsi128_si256(load_two(base, byte[0], byte[1]));
-    return _mm256_inserti128_si256(low, load_two(base, byte[2], byte[3]), 1);
-}
-
-TARGET INLINE void avx2_gather_two(const void *base, vi byte, vi words[2])
-{
+    vi part[4][2];
     int32_t at[LANES];
     memcpy(at, &byte, sizeof at);
-    const vi low = (vi)avx2_load_four(base, at), high = (vi)avx2_load_four(base, at + 4);
-    words[0] = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14);
-    words[1] = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 4; k++)
+            part[k][i] = (vi)_mm256_set_m128i(load_two(base[k], at[4 * i + 2], at[4 * i + 3]),
+                                              load_two(base[k], at[4 * i], at[4 * i + 1]));
+    for (int k = 0; k < 4; k++) {
+        words[k][0] = __builtin_shufflevector(part[k][0], part[k][1], 0, 2, 4, 6, 8, 10, 12, 14);
+        words[k][1] = __builtin_shufflevector(part[k][0], part[k][1], 1, 3, 5, 7, 9, 11, 13, 15);
+    }
 }
 
 TARGET INLINE vf avx2_pick(const float *row, uint32_t count, vi at)
@@ -202,21 +203,23 @@ TARGET INLINE vf avx512_sqrt(vf a)
     return (vf)_mm512_sqrt_ps((__m512)a);
 }
 
-TARGET INLINE __m512i avx512_load_eight(const char *base, const int32_t *byte)
+TARGET INLINE void avx512_rows(const char *const base[4], vi byte, vi words[4][2])
 {
-    __m512i v = _mm512_castsi128_si512(load_two(base, byte[0], byte[1]));
-    v = _mm512_inserti64x2(v, load_two(base, byte[2], byte[3]), 1);
-    v = _mm512_inserti64x2(v, load_two(base, byte[4], byte[5]), 2);
-    return _mm512_inserti64x2(v, load_two(base, byte[6], byte[7]), 3);
-}
-
-TARGET INLINE void avx512_gather_two(const void *base, vi byte, vi words[2])
-{
+    __m256i part[4][4];
     int32_t at[LANES];
     memcpy(at, &byte, sizeof at);
-    const vi low = (vi)avx512_load_eight(base, at), high = (vi)avx512_load_eight(base, at + 8);
-    words[0] = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
-    words[1] = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 4; k++)
+            part[k][i] = _mm256_set_m128i(load_two(base[k], at[4 * i + 2], at[4 * i + 3]),
+                                          load_two(base[k], at[4 * i], at[4 * i + 1]));
+    for (int k = 0; k < 4; k++) {
+        const vi low = (vi)_mm512_inserti64x4(_mm512_castsi256_si512(part[k][0]), part[k][1], 1);
+        const vi high = (vi)_mm512_inserti64x4(_mm512_castsi256_si512(part[k][2]), part[k][3], 1);
+        words[k][0] =
+            __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+        words[k][1] =
+            __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+    }
 }
 
 TARGET INLINE vf avx512_pick(const float *row, uint32_t count, vi at)

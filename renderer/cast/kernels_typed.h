@@ -4,35 +4,50 @@
 #define NAME1(kernel, type) NAME2(kernel, type)
 #define NAME(kernel)        NAME1(kernel, TYPE)
 
-/* The lanes' voxels and their neighbours along x. */
-TARGET INLINE void NAME(pair)(const char *voxels, vi byte, vf pair[2])
+/* The lanes' voxels and their neighbours along x, from each of four bases. */
+TARGET INLINE void NAME(pairs)(const char *const base[4], vi byte, vf pair[4][2])
 {
-#ifdef SECOND
-    const vi word = SET(gather)(voxels, byte);
-    pair[0] = FIRST(word);
-    pair[1] = SECOND(word);
+#if BYTES == 4
+    vi word[4][2];
+    SET(rows)(base, byte, word);
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < 2; i++)
+            pair[k][i] = (vf)word[k][i];
 #else
-    vi word[2];
-    SET(gather_two)(voxels, byte, word);
-    pair[0] = (vf)word[0], pair[1] = (vf)word[1];
+    for (int k = 0; k < 4; k++) {
+        const vi word = SET(gather)(base[k], byte);
+        pair[k][0] = FIRST(word);
+        pair[k][1] = SECOND(word);
+    }
 #endif
 }
 
-/* Four in a row along x, from the lanes' voxels on. */
-TARGET INLINE void NAME(four)(const char *voxels, vi byte, vf v[4])
+/* The same with four voxels in a row. */
+TARGET INLINE void NAME(fours)(const char *const base[4], vi byte, vf v[4][4])
 {
 #if BYTES == 1
-    const vi word = SET(gather)(voxels, byte);
-    v[0] = FIRST(word), v[1] = SECOND(word);
-    v[2] = FIRST((vi)((vu)word >> 16)), v[3] = SECOND((vi)((vu)word >> 16));
+    for (int k = 0; k < 4; k++) {
+        const vi word = SET(gather)(base[k], byte), rest = (vi)((vu)word >> 16);
+        v[k][0] = FIRST(word), v[k][1] = SECOND(word);
+        v[k][2] = FIRST(rest), v[k][3] = SECOND(rest);
+    }
 #elif BYTES == 2
-    vi word[2];
-    SET(gather_two)(voxels, byte, word);
-    v[0] = FIRST(word[0]), v[1] = SECOND(word[0]);
-    v[2] = FIRST(word[1]), v[3] = SECOND(word[1]);
+    vi word[4][2];
+    SET(rows)(base, byte, word);
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < 2; i++) {
+            v[k][2 * i] = FIRST(word[k][i]);
+            v[k][2 * i + 1] = SECOND(word[k][i]);
+        }
 #else
-    NAME(pair)(voxels, byte, v);
-    NAME(pair)(voxels + 2 * BYTES, byte, v + 2);
+    vf pair[4][2];
+    const char *const next[4] = {base[0] + 8, base[1] + 8, base[2] + 8, base[3] + 8};
+    NAME(pairs)(base, byte, pair);
+    for (int k = 0; k < 4; k++)
+        v[k][0] = pair[k][0], v[k][1] = pair[k][1];
+    NAME(pairs)(next, byte, pair);
+    for (int k = 0; k < 4; k++)
+        v[k][2] = pair[k][0], v[k][3] = pair[k][1];
 #endif
 }
 
@@ -47,37 +62,29 @@ TARGET INLINE vf NAME(bilinear)(const vf v[4], vf s, vf t) /* the first index ru
     return NAME(along)(a, b, t);
 }
 
-/* The cells' corners, x fastest. */
-TARGET INLINE void NAME(corners)(const struct vr_cast_brick *brick, vi byte, vf c[8])
-{
-    const char *voxels = brick->voxels;
-    const ptrdiff_t row = (ptrdiff_t)brick->row * BYTES, slice = (ptrdiff_t)brick->slice * BYTES;
-    NAME(pair)(voxels, byte, c);
-    NAME(pair)(voxels + row, byte, c + 2);
-    NAME(pair)(voxels + slice, byte, c + 4);
-    NAME(pair)(voxels + slice + row, byte, c + 6);
-}
-
 TARGET static void NAME(look)(struct vr_cast_seen *seen, const struct vr_cast_queue *queue,
                               const struct vr_cast_brick *brick, const struct vr_cast_field *field,
                               bool place)
 {
+    const char *voxels = brick->voxels;
+    const ptrdiff_t row = (ptrdiff_t)brick->row * BYTES, slice = (ptrdiff_t)brick->slice * BYTES;
+    const char *const rows[4] = {voxels, voxels + row, voxels + slice, voxels + slice + row};
     const vi iota = {IOTA};
     uint32_t n = 0;
     for (uint32_t i = 0; i < queue->count; i += LANES) {
         const vi voxel = LOADI(queue->voxel + i);
         vi good = iota + (int32_t)i < (int32_t)queue->count;
-        vf f[3], c[8];
+        vf f[3], c[4][2];
         for (int a = 0; a < 3; a++)
             f[a] = __builtin_convertvector(LOADI(queue->at[a] + i) & 0xffffff, vf) * 0x1p-24f;
-        NAME(corners)(brick, ((voxel & good) | (queue->voxel[0] & ~good)) * BYTES, c);
-        const vf y[4] = {NAME(along)(c[0], c[1], f[0]), NAME(along)(c[2], c[3], f[0]),
-                         NAME(along)(c[4], c[5], f[0]), NAME(along)(c[6], c[7], f[0])};
+        NAME(pairs)(rows, ((voxel & good) | (queue->voxel[0] & ~good)) * BYTES, c);
+        const vf y[4] = {NAME(along)(c[0][0], c[0][1], f[0]), NAME(along)(c[1][0], c[1][1], f[0]),
+                         NAME(along)(c[2][0], c[2][1], f[0]), NAME(along)(c[3][0], c[3][1], f[0])};
         const vf value = NAME(bilinear)(y, f[1], f[2]) * field->sign;
 #if BYTES == 4
         if (field->nonfinite)
             for (int k = 0; k < 8; k++)
-                good &= ((vi)c[k] & 0x7f800000) != 0x7f800000;
+                good &= ((vi)c[k / 2][k % 2] & 0x7f800000) != 0x7f800000;
 #endif
         good &= (value >= field->visible[0]) & (value <= field->visible[1]);
         const uint32_t mask = SET(mask)(good);
@@ -107,34 +114,36 @@ TARGET static void NAME(shade)(struct vr_cast_seen *seen, const struct vr_cast_b
 {
     const char *voxels = brick->voxels;
     const ptrdiff_t row = (ptrdiff_t)brick->row * BYTES, slice = (ptrdiff_t)brick->slice * BYTES;
+    /* Rows that cross the cell or touch it: x from -1 on, y at -1 and 2, z at -1 and 2 */
+    const char *const along_x[4] = {voxels - BYTES, voxels - BYTES + row, voxels - BYTES + slice,
+                                    voxels - BYTES + slice + row};
+    const char *const beside_y[4] = {voxels - row, voxels + 2 * row, voxels + slice - row,
+                                     voxels + slice + 2 * row};
+    const char *const beside_z[4] = {voxels - slice, voxels + 2 * slice, voxels + row - slice,
+                                     voxels + row + 2 * slice};
     const vi iota = {IOTA};
     for (uint32_t n = 0; n < seen->count; n += LANES) {
         const vi good = iota + (int32_t)n < (int32_t)seen->count;
         const vi byte = ((LOADI(seen->voxel + n) & good) | (seen->voxel[0] & ~good)) * BYTES;
         const vf f[3] = {LOADF(seen->fraction[0] + n), LOADF(seen->fraction[1] + n),
                          LOADF(seen->fraction[2] + n)};
-        /* c: corners, x fastest; d: differences along one axis at the corners of the other two */
-        vf c[8], d[4], gradient[3], v[4], w[2];
-        for (int k = 0; k < 4; k++) {
-            NAME(four)(voxels - BYTES + (k & 1 ? row : 0) + (k & 2 ? slice : 0), byte, v);
-            d[k] = NAME(central)(v[0], v[1], v[2], v[3], f[0]);
-            c[2 * k] = v[1], c[2 * k + 1] = v[2];
-        }
+        /* x: corners are in the middle, [y + 2 z][1 + x]; d: differences along one axis at the corners of the
+         * others */
+        vf x[4][4], side[4][2], d[4], gradient[3];
+        NAME(fours)(along_x, byte, x);
+        for (int k = 0; k < 4; k++)
+            d[k] = NAME(central)(x[k][0], x[k][1], x[k][2], x[k][3], f[0]);
         gradient[0] = NAME(bilinear)(d, f[1], f[2]);
-        for (int k = 0; k < 4; k += 2) {
-            const ptrdiff_t at = k & 2 ? slice : 0;
-            NAME(pair)(voxels + at - row, byte, v);
-            NAME(pair)(voxels + at + 2 * row, byte, w);
-            for (int i = 0; i < 2; i++)
-                d[k + i] = NAME(central)(v[i], c[2 * k + i], c[2 * k + 2 + i], w[i], f[1]);
+        NAME(pairs)(beside_y, byte, side);
+        for (int k = 0; k < 4; k++) {
+            const int i = k % 2, z = k - i; /* z: 0 or 2 */
+            d[k] = NAME(central)(side[z][i], x[z][1 + i], x[z + 1][1 + i], side[z + 1][i], f[1]);
         }
         gradient[1] = NAME(bilinear)(d, f[0], f[2]);
-        for (int k = 0; k < 4; k += 2) {
-            const ptrdiff_t at = k & 2 ? row : 0;
-            NAME(pair)(voxels + at - slice, byte, v);
-            NAME(pair)(voxels + at + 2 * slice, byte, w);
-            for (int i = 0; i < 2; i++)
-                d[k + i] = NAME(central)(v[i], c[k + i], c[k + 4 + i], w[i], f[2]);
+        NAME(pairs)(beside_z, byte, side);
+        for (int k = 0; k < 4; k++) {
+            const int i = k % 2, y = k / 2;
+            d[k] = NAME(central)(side[2 * y][i], x[y][1 + i], x[y + 2][1 + i], side[2 * y + 1][i], f[2]);
         }
         gradient[2] = NAME(bilinear)(d, f[0], f[1]);
         for (int a = 0; a < 3; a++) {
