@@ -10,6 +10,7 @@
 #include "ray.h"
 
 enum { VR_CAST_TILE = 16, VR_CAST_RAYS = VR_CAST_TILE * VR_CAST_TILE };
+_Static_assert((int)VR_CAST_RAYS <= (int)VR_CAST_ROOM, "a tile's rays are coloured in one go");
 
 /* What is the same for all tiles of a picture. */
 struct vr_cast_frame {
