@@ -13,9 +13,8 @@
 
 enum {
     VR_CAST_LANES_MAX = 16,
-    VR_CAST_QUEUE =
-        512, /* samples that wait: 24 bytes each and 60 of those that show stay in a core's first cache */
-    VR_CAST_ROUND = 32, /* samples of a ray that are queued before they are looked at */
+    VR_CAST_ROUND = 32,  /* samples of a ray that are queued before they are looked at */
+    VR_CAST_QUEUE = 512, /* samples that wait at most, and a round: so few stay in a core's first caches */
     VR_CAST_ROOM = VR_CAST_QUEUE + VR_CAST_ROUND + VR_CAST_LANES_MAX
 };
 
