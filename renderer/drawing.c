@@ -21,8 +21,6 @@ struct vr_drawing {
 
     /* The picture at hand, while `open`. */
     bool open;
-    struct vr_scene scene;
-    struct vr_quality quality;
     struct vr_frame frame;
     struct vr_report drawn;
 };
@@ -114,10 +112,10 @@ int vr_drawing_begin(struct vr_drawing *r, const struct vr_scene *scene, const s
 {
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     const uint64_t start_ns = brick_now_ns();
+    close_picture(r);
     int result = check_method(r, scene, quality, err);
     if (result)
         return result;
-    close_picture(r);
     const struct vr_method_row *method = methods[quality->method];
     const struct vr_texels *texels = NULL;
     void **state = &r->state[quality->method];
@@ -125,13 +123,11 @@ int vr_drawing_begin(struct vr_drawing *r, const struct vr_scene *scene, const s
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a method's state");
     if ((result = vr_context_bind(r->context, err)))
         return result;
-    r->scene = *scene;
-    r->quality = *quality;
     r->frame = (struct vr_frame){
         .context = r->context, .store = &r->store, .volume = r->volume, .residency = r->residency};
     r->drawn = (struct vr_report){0};
     r->open = true;
-    if ((result = vr_frame_init(&r->frame, &r->scene, &r->quality, err)) ||
+    if ((result = vr_frame_init(&r->frame, scene, quality, err)) ||
         (method->texels && (result = method->texels(*state, &r->frame, &texels, err))) ||
         (result = vr_residency_set_texels(r->residency, texels, err)) ||
         (result = vr_residency_begin(r->residency, &query, &scene->camera, err)))
@@ -172,7 +168,8 @@ int vr_drawing_continue(struct vr_drawing *r, const struct vr_budget *budget, st
         frame->deadline_ns = start_ns + (uint64_t)(1e9 * fmin(budget->seconds, 1e9));
     if (budget && budget->upload_bytes)
         frame->upload_bytes = budget->upload_bytes;
-    result = methods[r->quality.method]->draw(r->state[r->quality.method], frame, image, &r->drawn, err);
+    const enum vr_method method = frame->quality->method;
+    result = methods[method]->draw(r->state[method], frame, image, &r->drawn, err);
     vr_context_unbind(r->context);
     frame->begun = true;
     *final = frame->final;

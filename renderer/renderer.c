@@ -1,4 +1,5 @@
-/* The renderer: a scene checked, and given to who draws it: OpenGL, or without it the processor. */
+/* The renderer: a scene checked, and given to who draws it: OpenGL or, if that is asked for, the processor.
+ */
 #include <renderer/renderer.h>
 
 #include <math.h>
@@ -80,8 +81,8 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
                           grid->levels);
     if (quality->distances && (scene->mode != BRICK_MODE_ISO || scene->mesh_count))
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "distances are of isosurfaces, without meshes");
-    if (!(quality->step_vox > 0.0) || !isfinite(quality->step_vox))
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g voxels; it must be above 0",
+    if (!(quality->step_vox > 0.0 && quality->step_vox <= 0x1p30))
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g voxels; it must be above 0 and at most 2^30",
                           quality->step_vox);
     if (!(quality->termination >= 0.0 && quality->termination < 1.0))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "a termination at %g; it must be in [0, 1)",
@@ -93,15 +94,15 @@ int vr_render_begin(struct vr_renderer *r, const struct vr_scene *scene, const s
                     struct brick_error *err)
 {
     int result = check_scene(r, scene, quality, err);
-    if (!result)
-        result = r->caster ? vr_caster_check(scene, quality, err)
-                           : vr_drawing_begin(r->drawing, scene, quality, err);
+    r->open = false;
     if (result)
         return result;
     r->scene = *scene;
     r->quality = *quality;
-    r->open = true;
-    return BRICK_OK;
+    result = r->caster ? vr_caster_check(&r->scene, &r->quality, err)
+                       : vr_drawing_begin(r->drawing, &r->scene, &r->quality, err);
+    r->open = !result;
+    return result;
 }
 
 int vr_render_continue(struct vr_renderer *r, const struct vr_budget *budget, struct brick_image *image,

@@ -48,10 +48,12 @@ int vr_cast_activity_begin(struct vr_cast_activity *a, const struct brick_volume
                            const struct brick_active_query *query, bool skip, struct brick_error *err)
 {
     int code = take_memory(a, brick_volume_grid(volume), query->level, err);
-    if (code || (code = vr_classified_set(&a->classified, query, err)))
+    if (code)
         return code;
     a->volume = volume;
-    a->query = *query;
+    a->query = *query; /* whose level the arrays are for */
+    if ((code = vr_classified_set(&a->classified, query, err)))
+        return code;
     if (a->number == a->classified.number && a->skip == skip)
         return BRICK_OK;
     a->number = a->classified.number;
@@ -74,8 +76,8 @@ static bool find(const struct vr_cast_activity *a, uint64_t brick, const void *r
     brick_grid_place(grid, grid->level[a->query.level].first_brick + brick, &place);
     memset(bits, 0, a->words * sizeof *bits);
     const uint64_t active =
-        brick_active_macrocells(grid, &a->query, a->state[brick] == BRICK_STATE_WHOLE, grid->type, ranges,
-                                place.macrocells, (uint32_t[]){a->across, a->across * a->across}, bits, NULL);
+        brick_active_macrocells(grid, &a->query, false, grid->type, ranges, place.macrocells,
+                                (uint32_t[]){a->across, a->across * a->across}, bits, NULL);
     return active == (uint64_t)place.macrocells[0] * place.macrocells[1] * place.macrocells[2];
 }
 

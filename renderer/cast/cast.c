@@ -12,8 +12,6 @@
 #include "scene.h"
 #include "tile.h"
 
-#define MAX_SAMPLES 2147483648.0 /* of a ray: they are counted in 32 bits */
-
 struct vr_caster {
     const struct brick_volume *volume;
     struct brick_cache *cache;
@@ -77,27 +75,24 @@ int vr_caster_check(const struct vr_scene *scene, const struct vr_quality *quali
 {
     const char *what = NULL;
     if (quality->method != VR_METHOD_RAYCAST)
-        what = "methods other than raycast, isotrace and exact";
+        what = "this method needs OpenGL; raycast, isotrace and exact do not";
     else if (scene->mode == BRICK_MODE_ISO)
-        what = "isosurfaces by raycast; isotrace does";
+        what = "without OpenGL raycast draws no isosurfaces; isotrace does";
     else if (scene->mesh_count)
-        what = "meshes";
+        what = "without OpenGL raycast draws no meshes; exact does";
     else if (quality->classification != VR_CLASSIFY_POST)
-        what = "pre-integrated classification";
-    return what ? brick_fail(err, BRICK_ERR_UNSUPPORTED, "without OpenGL there are no %s", what) : BRICK_OK;
+        what = "without OpenGL values are classified after interpolation only";
+    else if (quality->setup != VR_SETUP_BOX)
+        what = "without OpenGL no geometry is drawn for rays to begin at";
+    else if (scene->transfer->emission == BRICK_EMISSION_INDEPENDENT)
+        what = "raycast emits colour scaled by extinction only; methods slices and exact do both";
+    return what ? brick_fail(err, BRICK_ERR_UNSUPPORTED, "%s", what) : BRICK_OK;
 }
 
-/* Gradient in the level's index space to world: the inverse of (affine's linear part x level scale),
- * transposed. */
 static void set_light(struct vr_cast_light *light, const struct vr_scene *scene,
-                      const struct brick_grid *grid, const double scale[3])
+                      const struct vr_cast_set *set)
 {
-    double inverse[3][4], largest = 0.0;
-    brick_affine_invert(grid->affine, inverse);
-    for (int i = 0; i < 9; i++)
-        largest = fmax(largest, fabs(inverse[i / 3][i % 3] / scale[i / 3]));
-    for (int i = 0; i < 9; i++)
-        light->normal[i % 3][i / 3] = (float)(inverse[i / 3][i % 3] / scale[i / 3] / largest);
+    vr_scene_normals(set->grid, set->level, light->normal);
     light->ambient = (float)scene->ambient;
     light->diffuse = (float)scene->diffuse;
     light->specular = (float)scene->specular;
@@ -109,21 +104,16 @@ static int begin(struct vr_caster *c, const struct vr_scene *scene, const struct
 {
     const struct brick_active_query query = {scene->mode, scene->transfer, scene->isovalue, scene->level};
     struct vr_cast_set *set = &frame->set;
-    double spacing[3], longest = 0.0;
     set->grid = brick_volume_grid(c->volume);
     set->level = &set->grid->level[scene->level];
     set->step_mm = quality->step_vox * brick_grid_min_spacing_mm(set->grid);
     set->interleaved = quality->interleaved;
     set->cut = quality->interleaved || scene->clip_count;
     vr_scene_clip(scene, set->grid, &set->clip);
-    brick_grid_spacing_mm(set->grid, spacing);
-    for (int a = 0; a < 3; a++)
-        longest += spacing[a] * (double)set->grid->dims[a];
-    if (ceil(longest / set->step_mm) + 1.0 > MAX_SAMPLES)
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g mm makes more than 2^31 samples a ray",
-                          set->step_mm);
-    int code = brick_view_init(&set->view, &scene->camera, set->grid, scene->width, scene->height, err);
-    if (code || (code = vr_cast_activity_begin(&c->activity, c->volume, &query, quality->skip, err)) ||
+    int code = vr_scene_check_step(set->grid, set->step_mm, err);
+    if (code ||
+        (code = brick_view_init(&set->view, &scene->camera, set->grid, scene->width, scene->height, err)) ||
+        (code = vr_cast_activity_begin(&c->activity, c->volume, &query, quality->skip, err)) ||
         (code = vr_transfer_table_init(&frame->table, scene->transfer, set->grid, err)) ||
         (code = vr_cast_pieces_init(&frame->pieces, &frame->table, err)))
         return code;
@@ -138,7 +128,7 @@ static int begin(struct vr_caster *c, const struct vr_scene *scene, const struct
         frame->field.visible[0] = -INFINITY, frame->field.visible[1] = INFINITY;
     frame->unit_mm = (float)scene->transfer->unit_mm;
     frame->depth_end = quality->termination > 0.0 ? (float)-log(quality->termination) : FLT_MAX;
-    set_light(&frame->light, scene, set->grid, set->level->scale);
+    set_light(&frame->light, scene, set);
     return BRICK_OK;
 }
 

@@ -23,7 +23,6 @@ struct vr_cast_brick {
     const void *voxels;
     int32_t row, slice;   /* strides in voxels */
     int32_t border;       /* first voxel of the core on each axis */
-    int32_t core[3];      /* voxels */
     const uint32_t *bits; /* of its active macrocells; NULL: all */
     uint32_t words;       /* of bits */
     int32_t bit_row, bit_slice;

@@ -193,14 +193,15 @@ TARGET INLINE void SET(lit)(struct vr_cast_seen *seen, uint32_t i, const vf grad
                             const struct vr_cast_light *light)
 {
     const vi ray = LOADI(seen->ray + i) << 2;
-    vf n[3], view[3], most = {0};
+    vf n[3], view[3], most = {0}, total = {0};
     for (int a = 0; a < 3; a++) {
         n[a] = light->normal[a][0] * gradient[0] + light->normal[a][1] * gradient[1] +
                light->normal[a][2] * gradient[2];
         most = SET(max)(most, SET(absolute)(n[a]));
+        total = total + SET(absolute)(n[a]);
         view[a] = (vf)SET(gather)(light->view[a], ray);
     }
-    const vi sided = most > 0.0f;
+    const vi sided = (total > 0.0f) & (total <= 3.0e38f);
     for (int a = 0; a < 3; a++)
         n[a] = n[a] / most;
     const vf length = SET(sqrt)(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);

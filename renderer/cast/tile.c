@@ -91,7 +91,9 @@ static bool go_on(const struct vr_cast_frame *frame, const struct vr_cast_ray *r
             ((uint64_t)(home[2] >> edge_shift) * level->bricks[1] + (uint64_t)(home[1] >> edge_shift)) *
                 level->bricks[0] +
             (uint64_t)(home[0] >> edge_shift);
-        const uint32_t left = ray->count - wait->k, run = leap(ray, at, home, shift);
+        /* The last sample is not where steps lead, so it has a run of its own. */
+        const uint32_t before_last = ray->count - 1 - wait->k, left = before_last ? before_last : 1,
+                       run = leap(ray, at, home, shift);
         wait->run = run < left ? run : left;
         if (frame->activity->state[wait->brick] >= BRICK_STATE_ACTIVE) {
             for (int a = 0; a < 3; a++)

@@ -150,11 +150,12 @@ static void refusals(void **state)
     (void)state;
     struct brick_volume *volume = body_of(BRICK_U8, 32, 8);
     struct vr_renderer *renderer = caster_of(volume, 2, 0);
-    struct brick_transfer *transfer = transfer_of(points, 4);
+    struct brick_transfer *transfer = transfer_of(points, 4), *independent = transfer_of(points, 4);
     struct brick_image image;
     struct brick_error err;
     assert_int_equal(brick_image_init(&image, WIDTH, HEIGHT, NULL), 0);
-    for (int i = 0; i < 6; i++) {
+    brick_transfer_set_emission(independent, BRICK_EMISSION_INDEPENDENT);
+    for (int i = 0; i < 8; i++) {
         struct vr_scene scene = vr_scene_defaults;
         struct vr_quality quality = vr_quality_defaults;
         static const struct brick_mesh mesh = {.triangles = 1};
@@ -171,10 +172,14 @@ static void refusals(void **state)
         if (i == 3)
             quality.classification = VR_CLASSIFY_PREINTEGRATED;
         if (i == 4)
-            quality.step_vox = 1e-12;
+            quality.setup = VR_SETUP_GEOMETRY;
         if (i == 5)
+            scene.transfer = independent;
+        if (i == 6)
+            quality.step_vox = 1e-12;
+        if (i == 7)
             scene.height = HEIGHT + 1;
-        const int want = i < 4 ? BRICK_ERR_UNSUPPORTED : BRICK_ERR_ARGUMENT;
+        const int want = i < 6 ? BRICK_ERR_UNSUPPORTED : BRICK_ERR_ARGUMENT;
         err.message[0] = '\0';
         assert_int_equal(vr_render(renderer, &scene, &quality, &image, NULL, &err), want);
         assert_true(strlen(err.message) > 10);
@@ -190,6 +195,7 @@ static void refusals(void **state)
     assert_null(renderer);
     brick_image_finish(&image);
     brick_transfer_destroy(&transfer);
+    brick_transfer_destroy(&independent);
     brick_volume_close(&volume);
 }
 

@@ -93,8 +93,9 @@ class Render(cli.Case):
                 self.assertLessEqual(self.json("compare", "cpu.exr", "egl.exr")["max_abs"], 1e-5, mode)
         no = ["render", "a.brick", "-o", "no.exr", "--context", "cpu"]
         self.fails(1, "isotrace", *no, "--mode", "iso", "--iso", "20")
-        self.fails(1, "methods", *no, "--method", "slices")
-        self.fails(1, "pre-integrated", *no, "--classification", "preintegrated")
+        self.fails(1, "needs OpenGL", *no, "--method", "slices")
+        self.fails(1, "after interpolation", *no, "--classification", "preintegrated")
+        self.fails(1, "geometry", *no, "--setup", "geometry")
         self.fails(1, "fast filter", *no, "--filter", "fast")
         self.fails(2, "--gpu-cache", *no, "--gpu-cache", "1M")
         self.fails(2, "--budget", *no, "--budget", "1")

@@ -1,6 +1,7 @@
 /* The picture depends on the volume and the scene only: the same bytes for every brick edge, with and without
  * skipping, by raycast and by multipass, through EGL and OSMesa, and without OpenGL; rays along brick faces,
  * edges and through corners, and from inside, included. */
+#include <float.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -299,11 +300,71 @@ static void test_nonfinite(void **state)
     check(BRICK_F32, voxels, 300.0, 2.7);
 }
 
+/* The lowest float where there is nothing, as some programs write it: differences overflow. */
+static void test_huge(void **state)
+{
+    (void)state;
+    static float voxels[NX * NY * NZ];
+    for (int i = 0; i < NX * NY * NZ; i++) {
+        const double v = blobs(i % NX, i / NX % NY, i / NX / NY);
+        voxels[i] = v > 0.0 ? (float)v : noise64(4, (uint64_t)i) % 50 ? -FLT_MAX : FLT_MAX;
+    }
+    check(BRICK_F32, voxels, 300.0, 0.7);
+}
+
+/* From so far away that a ray's place depends on the last bits of its sums; with and without clip planes. */
+static void test_far(void **state)
+{
+    (void)state;
+    static int16_t voxels[NX * NY * NZ];
+    struct memory_source source;
+    struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
+    for (int i = 0; i < NX * NY * NZ; i++)
+        voxels[i] = (int16_t)blobs(i % NX, i / NX % NY, i / NX / NY);
+    memory_source_init(&source, BRICK_I16, NX, NY, NZ, voxels);
+    source.base.geometry.affine[0][1] = 0.3, source.base.geometry.affine[2][0] = -0.2;
+    struct brick_volume *volume = volume_of(&source, 32);
+    struct vr_renderer *gl = try_renderer(volume, VR_CONTEXT_AUTO),
+                       *cpu = try_renderer(volume, VR_CONTEXT_CPU);
+    for (int run = 0; gl && run < 6; run++) {
+        struct vr_scene scene = vr_scene_defaults;
+        struct vr_quality quality = vr_quality_defaults;
+        struct brick_image images[2];
+        struct vr_report report;
+        char line[80];
+        scene.transfer = transfer;
+        scene.mode = run % 2 ? BRICK_MODE_SHADED : BRICK_MODE_DVR;
+        scene.width = scene.height = 256;
+        brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 33, 21, 0, run < 4 ? 90 : 0, 1.0);
+        for (int a = 0; a < 3; a++)
+            scene.camera.eye_mm[a] += 3000.0 * (scene.camera.eye_mm[a] - scene.camera.look_mm[a]);
+        scene.camera.fov_deg = 0.01;
+        scene.clip_count = run >= 2;
+        scene.clip[0] = (struct vr_plane){{0.3, -0.7, 0.2}, 3.3};
+        quality.interleaved = run == 3;
+        render(gl, &scene, &quality, &images[0], &report);
+        render(cpu, &scene, &quality, &images[1], NULL);
+        snprintf(line, sizeof line, "far away, run %d", run);
+        if (rounds_well(&report))
+            assert_same_image(&images[0], &images[1], line);
+        brick_image_finish(&images[0]);
+        brick_image_finish(&images[1]);
+    }
+    const bool none = !gl;
+    vr_renderer_destroy(&gl);
+    vr_renderer_destroy(&cpu);
+    brick_volume_close(&volume);
+    brick_transfer_destroy(&transfer);
+    if (none)
+        skip();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_i16),   cmocka_unit_test(test_u8),        cmocka_unit_test(test_f32),
         cmocka_unit_test(test_boxes), cmocka_unit_test(test_nonfinite), cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_huge),  cmocka_unit_test(test_far),
     };
     return cmocka_run_group_tests_name("raycast_invariance", tests, NULL, NULL);
 }
