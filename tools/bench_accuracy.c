@@ -31,6 +31,7 @@ struct request {
 /* A renderer whose GPU cache holds bricks in one way, so that no row finds it filled in another's. */
 struct studio {
     enum vr_filter filter;
+    bool cpu;
     uint32_t classified_bits; /* 0: voxels */
     struct vr_renderer *renderer;
 };
@@ -107,6 +108,10 @@ static void list_variants(struct bench *b)
     add(b, "raycast", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true);
     add(b, "raycast, termination 1e-2", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-2;
     add(b, "raycast, termination 1e-4", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-4;
+    add(b, "raycast, no OpenGL", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true);
+    b->variants[b->variant_count - 1].cpu = true;
+    add(b, "raycast, no OpenGL, 1e-4", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, 0, true)->termination = 1e-4;
+    b->variants[b->variant_count - 1].cpu = true;
     add(b, "raycast, fast filter", VR_METHOD_RAYCAST, VR_FIELD_TRILINEAR, order, true);
     b->variants[b->variant_count - 1].filter = VR_FILTER_FAST;
     add(b, "multipass", VR_METHOD_MULTIPASS, VR_FIELD_TRILINEAR, order, true);
@@ -142,14 +147,16 @@ static int studio_for(struct bench *b, const struct bench_variant *v, struct vr_
         v->quality.classification == VR_CLASSIFY_PRE ? v->quality.slices.classified_bits : 0;
     struct vr_renderer_params params = b->request->renderer;
     size_t i = 0;
-    while (i < b->studio_count &&
-           (b->studios[i].filter != v->filter || b->studios[i].classified_bits != bits))
+    while (i < b->studio_count && (b->studios[i].filter != v->filter || b->studios[i].cpu != v->cpu ||
+                                   b->studios[i].classified_bits != bits))
         i++;
     if (i == STUDIOS_MAX)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "more than %d ways to hold bricks", STUDIOS_MAX);
     if (i == b->studio_count) {
-        b->studios[b->studio_count++] = (struct studio){.filter = v->filter, .classified_bits = bits};
+        b->studios[b->studio_count++] = (struct studio){v->filter, v->cpu, bits, NULL};
         params.filter = v->filter;
+        if (v->cpu)
+            params.context = VR_CONTEXT_CPU;
         int code = vr_renderer_create(&b->studios[i].renderer, b->volume, &params, err);
         if (code)
             return code;

@@ -16,6 +16,7 @@ struct bench_variant {
     const char *name;
     struct vr_quality quality; /* all but the step */
     enum vr_filter filter;
+    bool cpu;            /* without OpenGL */
     enum vr_field field; /* what it converges to */
     double order;        /* of convergence, by theory; 0: none is promised */
     bool steps;          /* has a step; otherwise it is one row */

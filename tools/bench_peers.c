@@ -29,19 +29,24 @@ static const struct way {
     const char *name;
     enum brick_mode mode;
     const char *peer; /* VTK's way; NULL: this program's */
-    bool cpu;         /* isotrace */
+    bool traced;      /* isotrace */
+    bool cpu;         /* without OpenGL */
     bool ends;        /* rays where VTK's GPU mapper ends them: less than 1/255 is left */
 } ways[] = {
     {.name = "raycast", .mode = BRICK_MODE_DVR},
     {.name = "raycast, ends as VTK's", .mode = BRICK_MODE_DVR, .ends = true},
+    {.name = "raycast, no OpenGL", .mode = BRICK_MODE_DVR, .cpu = true},
+    {.name = "no OpenGL, ends as VTK's", .mode = BRICK_MODE_DVR, .cpu = true, .ends = true},
     {.name = "VTK GPU mapper", .mode = BRICK_MODE_DVR, .peer = "gpu"},
     {.name = "VTK fixed-point mapper", .mode = BRICK_MODE_DVR, .peer = "fixed-point"},
     {.name = "raycast", .mode = BRICK_MODE_SHADED},
     {.name = "raycast, ends as VTK's", .mode = BRICK_MODE_SHADED, .ends = true},
+    {.name = "raycast, no OpenGL", .mode = BRICK_MODE_SHADED, .cpu = true},
+    {.name = "no OpenGL, ends as VTK's", .mode = BRICK_MODE_SHADED, .cpu = true, .ends = true},
     {.name = "VTK GPU mapper", .mode = BRICK_MODE_SHADED, .peer = "gpu"},
     {.name = "VTK fixed-point mapper", .mode = BRICK_MODE_SHADED, .peer = "fixed-point"},
     {.name = "raycast", .mode = BRICK_MODE_ISO},
-    {.name = "isotrace", .mode = BRICK_MODE_ISO, .cpu = true},
+    {.name = "isotrace", .mode = BRICK_MODE_ISO, .traced = true},
     {.name = "VTK GPU mapper", .mode = BRICK_MODE_ISO, .peer = "gpu"},
     {.name = "VTK fixed-point mapper", .mode = BRICK_MODE_ISO, .peer = "fixed-point"},
     {.name = "VTK flying edges, mesh", .mode = BRICK_MODE_ISO, .peer = "flying-edges"},
@@ -71,7 +76,7 @@ struct bench {
     const struct brick_volume *volume;
     struct vr_scene scene;
     struct brick_camera cameras[FRAMES_MAX + 1];
-    struct vr_renderer *renderer;
+    struct vr_renderer *renderer, *processor;
     struct vr_isotracer *tracer;
     struct peer peer;
     struct brick_image exact[MODES], image;
@@ -161,10 +166,10 @@ static int one_frame(struct bench *b, int w, uint32_t frame, struct brick_error 
         scene.transfer = NULL;
     if (way->peer)
         code = ask_peer(b, way, frame, r, &seconds, err);
-    else if (way->cpu)
+    else if (way->traced)
         code = vr_render_isotrace(b->tracer, &scene, &vr_isotrace_defaults, &b->image, &report, err);
     else
-        code = vr_render(b->renderer, &scene, &quality, &b->image, &report, err);
+        code = vr_render(way->cpu ? b->processor : b->renderer, &scene, &quality, &b->image, &report, err);
     if (code)
         return code;
     if (!way->peer)
@@ -229,11 +234,15 @@ static int measure(struct bench *b, struct brick_error *err)
 {
     const struct vr_isotracer_params cpu = {.host_cache_bytes = b->request->renderer.host_cache_bytes,
                                             .threads = b->request->renderer.threads};
+    struct vr_renderer_params without = b->request->renderer;
+    without.context = VR_CONTEXT_CPU;
     int code = draw_exact(b, err);
     if (!code)
         code = brick_image_init(&b->image, b->scene.width, b->scene.height, err);
     if (!code)
         code = vr_renderer_create(&b->renderer, b->volume, &b->request->renderer, err);
+    if (!code)
+        code = vr_renderer_create(&b->processor, b->volume, &without, err);
     if (!code)
         code = vr_isotracer_create(&b->tracer, b->volume, &cpu, err);
     if (!code)
@@ -318,6 +327,7 @@ done:
     if (*b->raw)
         remove(b->raw);
     vr_renderer_destroy(&b->renderer);
+    vr_renderer_destroy(&b->processor);
     vr_isotracer_destroy(&b->tracer);
     for (int mode = 0; mode < MODES; mode++)
         brick_image_finish(&b->exact[mode]);

@@ -38,7 +38,7 @@ struct result {
 };
 
 static const char *const row_names[ROWS] = {"dvr", "shaded", "iso", "mip", "isotrace"};
-static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
+static const char *const contexts[] = {"auto", "egl", "osmesa", "cpu", NULL};
 static const char *const filters[] = {"exact", "fast", NULL};
 
 /* One frame, by whichever of the two is not NULL. */
@@ -98,6 +98,8 @@ static int measure_all(const struct request *request, const struct brick_volume 
     for (int mode = 0; mode < MODES && !code; mode++) {
         scene.mode = (enum brick_mode)mode;
         scene.transfer = mode == BRICK_MODE_ISO && !request->tf ? NULL : transfer;
+        if (mode == BRICK_MODE_ISO && request->renderer.context == VR_CONTEXT_CPU)
+            continue; /* there isotrace draws it */
         code = measure(renderer, NULL, &scene, &request->quality, request->frames, &results[mode], err);
     }
     vr_renderer_destroy(&renderer);
@@ -115,11 +117,13 @@ static int measure_all(const struct request *request, const struct brick_volume 
 static void print_text(const struct request *request, const struct result results[ROWS])
 {
     printf("%ux%u, step %g, %u frames, %s\n", request->size[0], request->size[1], request->quality.step_vox,
-           request->frames, results[0].report.gl_renderer);
+           request->frames, *results[0].report.gl_renderer ? results[0].report.gl_renderer : "no OpenGL");
     printf("%-8s %10s %10s %10s %10s %10s %14s %16s\n", "mode", "median s", "min s", "max s", "core s",
            "first s", "bricks", "samples");
     for (int row = 0; row < ROWS; row++) {
         const struct result *r = &results[row];
+        if (!r->report.passes)
+            continue;
         printf("%-8s %10.4f %10.4f %10.4f %10.4f %10.4f %6llu/%-7llu %16llu\n", row_names[row],
                r->frame.median, r->frame.min, r->frame.max, r->core, r->first,
                (unsigned long long)r->report.bricks_active, (unsigned long long)r->report.bricks_total,
@@ -136,6 +140,8 @@ static int print_json(const struct request *request, const struct result results
     cJSON_AddNumberToObject(json, "frames", request->frames);
     cJSON_AddStringToObject(json, "gl_renderer", results[0].report.gl_renderer);
     for (int row = 0; row < ROWS; row++) {
+        if (!results[row].report.passes)
+            continue;
         cJSON *object = cJSON_AddObjectToObject(json, row_names[row]);
         cJSON_AddNumberToObject(object, "seconds_frame", results[row].frame.median);
         cJSON_AddNumberToObject(object, "seconds_min", results[row].frame.min);
@@ -176,7 +182,8 @@ int bench_render(int argc, char **argv)
         {"host-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.host_cache_bytes,
          .help = "bytes of decoded bricks in memory"},
         {"context", .value = "KIND", .parse = tool_parse_choice, .target = &r.context,
-         .limits = {.choices = contexts}, .help = "auto (default), egl or osmesa"},
+         .limits = {.choices = contexts},
+         .help = "auto (default): OpenGL; egl, osmesa, or cpu: without OpenGL"},
         {"filter", .value = "FILTER", .parse = tool_parse_choice, .target = &r.filter,
          .limits = {.choices = filters}, .help = "exact (default) or fast"},
         TOOL_OPTION_THREADS(&r.renderer.threads),

@@ -21,7 +21,7 @@ static const char *const methods[] = {"raycast", "multipass", "slices", "cells",
 static const char *const setups[] = {"box", "geometry", NULL};
 static const char *const offsets[] = {"none", "interleaved", NULL};
 static const char *const refines[] = {"bisection", "cubic", NULL};
-static const char *const contexts[] = {"auto", "egl", "osmesa", NULL};
+static const char *const contexts[] = {"auto", "egl", "osmesa", "cpu", NULL};
 static const char *const fields[] = {"trilinear", "tetrahedra", "preclassified", NULL};
 static const char *const integrations[] = {"prefix", "exact", "psi", "exp", "average", "scalar", NULL};
 static const char *const classifications[] = {"post", "pre", "preintegrated", NULL};
@@ -141,6 +141,8 @@ static int check_request(const struct tool_request *request)
     int code = check_cells(request);
     if (code < 0)
         code = check_classification(request);
+    if (request->context == VR_CONTEXT_CPU && (request->has_cache || request->budget.seconds > 0.0))
+        return tool_misuse("render", "--gpu-cache and --budget go with OpenGL, not with --context cpu");
     return code < 0 ? check_isotrace(request) : code;
 }
 
@@ -370,7 +372,9 @@ int cmd_render(int argc, char **argv)
         {"host-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.host_cache_bytes,
          .help = "bytes of decoded bricks in memory, such as 1G"},
         {"context", .value = "KIND", .parse = tool_parse_choice, .target = &r.context,
-         .given = &r.has_context, .limits = {.choices = contexts}, .help = "auto (default), egl or osmesa"},
+         .given = &r.has_context, .limits = {.choices = contexts},
+         .help = "egl, osmesa or cpu, without OpenGL; auto (default): OpenGL\non a GPU; without one the CPU "
+                 "for what it draws"},
         TOOL_OPTION_THREADS(&r.renderer.threads),
         TOOL_OPTION_JSON(&r.json),
         TOOL_OPTION_QUIET(&r.quiet),

@@ -129,8 +129,13 @@ int tool_render_frames(const struct tool_request *request, const struct brick_vo
     studio.scene.transfer = transfer;
     if (!code)
         code = brick_image_init(&studio.image, studio.scene.width, studio.scene.height, err);
-    if (!code && request->method < VR_METHODS)
-        code = vr_renderer_create(&studio.renderer, volume, &request->renderer, err);
+    if (!code && request->method < VR_METHODS) {
+        struct vr_renderer_params params = request->renderer;
+        if (!request->has_cache && !(request->budget.seconds > 0.0) &&
+            vr_prefers_cpu(&studio.scene, &request->quality, &params))
+            params.context = VR_CONTEXT_CPU;
+        code = vr_renderer_create(&studio.renderer, volume, &params, err);
+    }
     const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
                                             .threads = request->renderer.threads};
     if (!code && request->method == METHOD_ISOTRACE)

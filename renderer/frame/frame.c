@@ -5,8 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Samples a ray: they are counted in 32 bits. */
-#define MAX_SAMPLES 2147483648.0
+#include "scene.h"
 
 void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *context)
 {
@@ -20,20 +19,13 @@ void vr_frame_store_finish(struct vr_frame_store *store, struct vr_context *cont
 /* Can samples and voxels be counted? */
 static int check_counts(const struct vr_frame *frame, struct brick_error *err)
 {
-    double spacing[3], longest = 0.0;
-    brick_grid_spacing_mm(frame->grid, spacing);
-    for (int a = 0; a < 3; a++) {
-        longest += spacing[a] * (double)frame->grid->dims[a];
+    for (int a = 0; a < 3; a++)
         if (frame->level->dims[a] > INT32_MAX - 1024)
             return brick_fail(
                 err, BRICK_ERR_UNSUPPORTED,
                 "the level has %llu voxels on an axis, more than a shader can count: use a coarser level",
                 (unsigned long long)frame->level->dims[a]);
-    }
-    if (ceil(longest / frame->step_mm) + 1.0 > MAX_SAMPLES)
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g mm makes more than 2^31 samples a ray",
-                          frame->step_mm);
-    return BRICK_OK;
+    return vr_scene_check_step(frame->grid, frame->step_mm, err);
 }
 
 int vr_frame_init(struct vr_frame *frame, const struct vr_scene *scene, const struct vr_quality *quality,

@@ -122,9 +122,11 @@ static int use_program(const struct vr_frame *frame, const struct brick_mesh *me
     static const struct vr_shader_part vertex[] = {{"mesh.glsl", vr_shader_mesh},
                                                    {"mesh.vert.glsl", vr_shader_mesh_vert}},
                                        fragment[] = {{"mesh.glsl", vr_shader_mesh},
+                                                     {"exponential.glsl", vr_shader_exponential},
                                                      {"shading.glsl", vr_shader_shading},
                                                      {"mesh.frag.glsl", vr_shader_mesh_frag}};
-    static const struct vr_program_source source = {vertex, 2, fragment, 3};
+    static const struct vr_program_source source = {vertex, sizeof vertex / sizeof *vertex, fragment,
+                                                    sizeof fragment / sizeof *fragment};
     char defines[64];
     snprintf(defines, sizeof defines, "%s%s", mesh->normal ? "#define MESH_NORMALS\n" : "",
              mesh->colour ? "#define MESH_COLOURS\n" : "");

@@ -132,24 +132,14 @@ void vr_frame_set_stand_ins(const struct vr_frame *frame, const struct vr_unifor
     u->gl->Uniform3iv(at(u, "level_halvings"), BRICK_MAX_LEVELS, halvings[0]);
 }
 
-/* Gradient in the level's index space to world: the inverse of (affine's linear part x level scale),
- * transposed. */
 void vr_frame_set_shading(const struct vr_frame *frame, const struct vr_uniforms *u)
 {
     const struct vr_scene *scene = frame->scene;
-    const double *scale = frame->level->scale;
-    double inverse[3][4];
-    float matrix[9], material[4] = {(float)scene->ambient, (float)scene->diffuse, (float)scene->specular,
-                                    (float)scene->shininess};
-    double largest = 0.0;
-    brick_affine_invert(frame->grid->affine, inverse);
-    for (int i = 0; i < 9; i++)
-        largest = fmax(largest, fabs(inverse[i / 3][i % 3] / scale[i / 3]));
-    /* Row i of the inverse is column i of its transpose, which is what column-major order wants. Only the
-     * direction counts, so the largest entry is made 1. */
-    for (int i = 0; i < 9; i++)
-        matrix[i] = (float)(inverse[i / 3][i % 3] / scale[i / 3] / largest);
-    u->gl->UniformMatrix3fv(at(u, "normal_matrix"), 1, GL_FALSE, matrix);
+    const float material[4] = {(float)scene->ambient, (float)scene->diffuse, (float)scene->specular,
+                               (float)scene->shininess};
+    float normals[3][3];
+    vr_scene_normals(frame->grid, frame->level, normals);
+    u->gl->UniformMatrix3fv(at(u, "normal_matrix"), 1, GL_TRUE, &normals[0][0]);
     u->gl->Uniform4fv(at(u, "material"), 1, material);
 }
 

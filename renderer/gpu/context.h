@@ -2,6 +2,7 @@
 #ifndef RENDERER_GPU_CONTEXT_H
 #define RENDERER_GPU_CONTEXT_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include <brick/error.h>
@@ -35,6 +36,9 @@ struct vr_context {
  * none can be had. */
 int vr_context_create(struct vr_context **context, enum vr_context_kind kind, struct brick_error *err);
 void vr_context_destroy(struct vr_context **context);
+
+/* Does EGL know a device that is more than software? True where it does not tell. */
+bool vr_context_has_gpu(void);
 
 /* One context is current in a thread at a time: whoever binds unbinds before another does. */
 int vr_context_bind(struct vr_context *context, struct brick_error *err);

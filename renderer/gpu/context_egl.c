@@ -68,6 +68,27 @@ static int load(struct egl *e, struct brick_error *err)
     return BRICK_OK;
 }
 
+/* OSMesa, which is what there is without EGL, knows no GPU. */
+bool vr_context_has_gpu(void)
+{
+    struct egl e = {0};
+    EGLDeviceEXT devices[MAX_DEVICES];
+    EGLint count = 0;
+    if (load(&e, NULL))
+        return false;
+    const PFNEGLQUERYDEVICESTRINGEXTPROC query =
+        (PFNEGLQUERYDEVICESTRINGEXTPROC)e.GetProcAddress("eglQueryDeviceStringEXT");
+    const char *extensions = e.QueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+    if (!query || !e.QueryDevicesEXT || !has_extension(extensions, "EGL_EXT_device_query") ||
+        !has_extension(extensions, "EGL_EXT_device_enumeration") ||
+        !e.QueryDevicesEXT(MAX_DEVICES, devices, &count))
+        return true;
+    for (EGLint i = 0; i < count; i++)
+        if (!has_extension(query(devices[i], EGL_EXTENSIONS), "EGL_MESA_device_software"))
+            return true;
+    return false;
+}
+
 static bool try_display(struct egl *e, EGLDisplay display)
 {
     EGLConfig config = EGL_NO_CONFIG_KHR;

@@ -36,6 +36,30 @@ int vr_scene_check_parts(const struct vr_scene *scene, struct brick_error *err)
     return result;
 }
 
+#define MAX_SAMPLES 2147483648.0
+
+int vr_scene_check_step(const struct brick_grid *grid, double step_mm, struct brick_error *err)
+{
+    double spacing[3], longest = 0.0;
+    brick_grid_spacing_mm(grid, spacing);
+    for (int a = 0; a < 3; a++)
+        longest += spacing[a] * (double)grid->dims[a];
+    return ceil(longest / step_mm) + 1.0 > MAX_SAMPLES
+               ? brick_fail(err, BRICK_ERR_ARGUMENT, "a step of %g mm makes more than 2^31 samples a ray",
+                            step_mm)
+               : BRICK_OK;
+}
+
+void vr_scene_normals(const struct brick_grid *grid, const struct brick_level *level, float normals[3][3])
+{
+    double inverse[3][4], largest = 0.0;
+    brick_affine_invert(grid->affine, inverse);
+    for (int i = 0; i < 9; i++)
+        largest = fmax(largest, fabs(inverse[i / 3][i % 3] / level->scale[i / 3]));
+    for (int i = 0; i < 9; i++)
+        normals[i % 3][i / 3] = (float)(inverse[i / 3][i % 3] / level->scale[i / 3] / largest);
+}
+
 void vr_scene_clip_plane(const struct vr_scene *scene, const struct brick_grid *grid, uint32_t index,
                          double plane[4])
 {

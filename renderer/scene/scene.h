@@ -9,6 +9,14 @@
  * there or whose colour is no colour. */
 int vr_scene_check_parts(const struct vr_scene *scene, struct brick_error *err);
 
+/* Samples of a ray are counted in 32 bits: BRICK_ERR_ARGUMENT for a step that would make more of any. */
+int vr_scene_check_step(const struct brick_grid *grid, double step_mm, struct brick_error *err);
+
+/* From a gradient in a level's index space to one in the world but for a positive factor: world component i
+ * is the sum of normals[i][a] times component a. The inverse of (affine's linear part x level's scale),
+ * transposed, its largest entry made 1. */
+void vr_scene_normals(const struct brick_grid *grid, const struct brick_level *level, float normals[3][3]);
+
 /* A clip plane in level-0 index space: it keeps the points p with plane . (p, 1) >= 0. */
 void vr_scene_clip_plane(const struct vr_scene *scene, const struct brick_grid *grid, uint32_t index,
                          double plane[4]);

@@ -2,7 +2,7 @@
  * row, or those that are seen from inside, 6 a row of which some are none. Row 0 is on top of the picture. */
 uniform usamplerBuffer rows;
 uniform dvec3 origin, dir, level_scale, level_offset, margin; /* margin in voxels of level 0 */
-uniform dmat3 to_picture;                                     /* frame/projection.h */
+uniform dmat3 to_picture;                                     /* scene/projection.h */
 uniform double cell, nearest_ahead;
 uniform bool parallel, front;
 uniform ivec2 tile_origin, layer_size;

@@ -34,3 +34,20 @@ float opacity(float x)
     precise float y = (1.0 - scale) - scale * p;
     return y;
 }
+
+/* x^n for 0 <= x <= 1, n >= 0, right to 2e-7 (1 + n |ln x|): the built-in promises less the larger n is. x = 2^e m with m from
+ * sqrt(1/2) to sqrt(2), ln m = 2 artanh((m - 1) / (m + 1)) by its series. */
+float power(float x, float n)
+{
+    int exponent = (floatBitsToInt(x) - 0x3f3504f3) >> 23;
+    float e = float(exponent), m = intBitsToFloat(floatBitsToInt(x) - (exponent << 23));
+    precise float s = (m - 1.0) / (m + 1.0);
+    precise float z = s * s;
+    precise float p = 2.0 / 7.0 + z * (2.0 / 9.0);
+    p = 2.0 / 5.0 + z * p;
+    p = 2.0 / 3.0 + z * p;
+    p = s * (2.0 + z * p);
+    precise float logarithm = e * LN2_HIGH + (e * LN2_LOW + p);
+    precise float y = n * logarithm;
+    return x >= 1.17549435e-38 ? exponential(min(y, 0.0)) : 0.0;
+}

@@ -54,13 +54,35 @@ float offset_of(ivec2 pixel)
 }
 #endif
 
+/* Sums are written out: dot() leaves their order open, and on other machines rays would lie elsewhere in the last bit. */
+double sum_of(dvec3 a, dvec3 b)
+{
+    precise double sum = a.x * b.x + a.y * b.y;
+    precise double all = sum + a.z * b.z;
+    return all;
+}
+
+double sum_of(double first, dvec3 a, dvec3 b)
+{
+    precise double sum = first + a.x * b.x;
+    precise double more = sum + a.y * b.y;
+    precise double all = more + a.z * b.z;
+    return all;
+}
+
+dvec3 to_world(dvec3 d)
+{
+    dmat3 rows = transpose(linear);
+    return dvec3(sum_of(rows[0], d), sum_of(rows[1], d), sum_of(rows[2], d));
+}
+
 bool ray_init(ivec2 pixel, out Ray ray)
 {
     double u = double(pixel.x) + 0.5LF, v = double(pixel.y) + 0.5LF;
-    dvec3 o = origin + u * origin_u + v * origin_v;
-    dvec3 d = dir + u * dir_u + v * dir_v;
-    dvec3 world = linear * d;
-    double norm = sqrt(dot(world, world));
+    precise dvec3 o = origin + u * origin_u + v * origin_v;
+    precise dvec3 d = dir + u * dir_u + v * dir_v;
+    dvec3 world = to_world(d);
+    double norm = sqrt(sum_of(world, world));
     d /= norm;
     double enter = 0.0LF, leave = 1.0e300LF;
     bool hit = true;
@@ -77,7 +99,7 @@ bool ray_init(ivec2 pixel, out Ray ray)
     double from = enter;
 #if CLIP_PLANES > 0
     for (int i = 0; i < CLIP_PLANES; i++) {
-        double inside = dot(clip_planes[i].xyz, o) + clip_planes[i].w, slope = dot(clip_planes[i].xyz, d);
+        double inside = sum_of(clip_planes[i].w, clip_planes[i].xyz, o), slope = sum_of(clip_planes[i].xyz, d);
         if (slope > 0.0LF)
             from = max(from, -inside / slope);
         else if (slope < 0.0LF)
@@ -140,7 +162,7 @@ bool ray_init(ivec2 pixel, out Ray ray)
         ray.never[i] = moves ? 0.0 : 1.0e30;
     }
     ray.forward = greaterThan(stride, vec3(0.0));
-    ray.view = vec3(world / norm);
+    ray.view = vec3(to_world(d));
     return true;
 }
 

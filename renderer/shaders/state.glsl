@@ -240,6 +240,8 @@ bool state_look(inout State s, Ray ray, uint k, Near3 at, Block block, out Look 
     if (!cell_valid(c))
         return false;
     float v = cell_value(c, spot.fraction);
+    if ((floatBitsToUint(v) & 0x7fffffffu) > 0x7f800000u) /* what overflowed to no number does not count */
+        return false;
     if (!s.any || v > s.largest)
         s.largest = v;
     s.any = true;

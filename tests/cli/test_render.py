@@ -79,6 +79,28 @@ class Render(cli.Case):
             self.render("osmesa.exr", "--mode", *mode, "--context", "osmesa")
             self.assertLessEqual(self.json("compare", "egl.exr", "osmesa.exr")["max_abs"], 1e-5, mode)
 
+    @cli.needs_exr
+    def test_without_opengl(self):
+        """The processor draws what llvmpipe draws, and says what it does not draw."""
+        for mode in ["dvr", "shaded", "mip"]:
+            options = ["--mode", mode, "--camera", "30,20", "--clip", "0,0,1,-10"]
+            plain = self.render("cpu.exr", *options, "--context", "cpu")
+            self.assertEqual(self.render("small.exr", *options, "--context", "cpu", "--host-cache", "30K"), plain)
+            if cli.HAS_EGL:
+                report = self.json("render", "a.brick", "-o", "egl.exr", "--size", "64x48", *options, "--context", "egl")
+                if "llvmpipe" in report["gl_renderer"]:
+                    self.assertEqual(self.read("egl.exr"), plain, mode)
+                self.assertLessEqual(self.json("compare", "cpu.exr", "egl.exr")["max_abs"], 1e-5, mode)
+        no = ["render", "a.brick", "-o", "no.exr", "--context", "cpu"]
+        self.fails(1, "isotrace", *no, "--mode", "iso", "--iso", "20")
+        self.fails(1, "needs OpenGL", *no, "--method", "slices")
+        self.fails(1, "after interpolation", *no, "--classification", "preintegrated")
+        self.fails(1, "geometry", *no, "--setup", "geometry")
+        self.fails(1, "fast filter", *no, "--filter", "fast")
+        self.fails(2, "--gpu-cache", *no, "--gpu-cache", "1M")
+        self.fails(2, "--budget", *no, "--budget", "1")
+        self.assertFalse(os.path.exists(self.path("no.exr")))
+
     @cli.needs_gl
     def test_report(self):
         report = self.json("render", "a.brick", "-o", "a.exr", "-o", "a.png", "--size", "64x48", "--quiet")

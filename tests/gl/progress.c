@@ -228,6 +228,12 @@ static void test_restart(void **state)
             assert_int_equal(vr_render_continue(renderer, NULL, &image, &final, NULL, &err),
                              BRICK_ERR_ARGUMENT);
             image.width++;
+            /* A picture that cannot begin ends the one before it all the same. */
+            struct vr_scene bad = scene;
+            memcpy(bad.camera.look_mm, bad.camera.eye_mm, sizeof bad.camera.look_mm);
+            assert_int_equal(vr_render_begin(renderer, &bad, &vr_quality_defaults, &err), BRICK_ERR_ARGUMENT);
+            assert_int_equal(vr_render_continue(renderer, NULL, &image, &final, NULL, &err),
+                             BRICK_ERR_ARGUMENT);
             brick_image_finish(&image);
         }
         vr_renderer_destroy(&renderer);

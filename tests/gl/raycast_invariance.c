@@ -1,6 +1,7 @@
 /* The picture depends on the volume and the scene only: the same bytes for every brick edge, with and without
- * skipping, by raycast and by multipass, through EGL and OSMesa; rays along brick faces, edges and through
- * corners, and from inside, included. */
+ * skipping, by raycast and by multipass, through EGL and OSMesa, and without OpenGL; rays along brick faces,
+ * edges and through corners, and from inside, included. */
+#include <float.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -77,12 +78,24 @@ static void camera_of(int view, const struct brick_grid *grid, struct brick_came
 
 #define VIEWS 6
 
-/* Images of every mode and view, in one renderer, against those of the first. hand: raycast without skipping
- * and with, multipass without and with. */
-static void compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
-                        struct brick_transfer *const transfers[2], double isovalue, double step, int hand,
-                        struct brick_image *images, bool first, const char *what)
+/* Does OpenGL round as IEEE 754 says? Only then are its bytes those of the CPU. */
+static bool rounds_well(const struct vr_report *report)
 {
+    return strstr(report->gl_renderer, "llvmpipe");
+}
+
+static bool on_cpu(int way)
+{
+    return way < 4 && way != BRICK_MODE_ISO;
+}
+
+/* Images of every mode and view, in one renderer, against those of the first. hand: raycast without skipping
+ * and with, multipass without and with. True if the CPU's must be the same. */
+static bool compare_all(struct vr_renderer *renderer, const struct brick_grid *grid,
+                        struct brick_transfer *const transfers[2], double isovalue, double step, int hand,
+                        bool cpu, struct brick_image *images, bool first, const char *what)
+{
+    bool well = false;
     for (int way = 0; way < (step <= 1.0 ? WAYS : 4); way++)
         for (int view = 0; view < VIEWS; view++) {
             struct vr_scene scene = vr_scene_defaults;
@@ -90,6 +103,8 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
             struct brick_image image;
             struct vr_report report;
             char line[160];
+            if (cpu && !on_cpu(way))
+                continue;
             set_way(way, &scene, &quality);
             scene.transfer = transfers[way >= 4];
             scene.isovalue = isovalue;
@@ -101,6 +116,7 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
             camera_of(view, grid, &scene.camera);
             render(renderer, &scene, &quality, &image, &report);
             assert_true(report.bricks_active <= report.bricks_total);
+            well = rounds_well(&report);
             if (first) {
                 double sum = 0.0;
                 for (int i = 0; i < EDGE * EDGE; i++)
@@ -114,6 +130,7 @@ static void compare_all(struct vr_renderer *renderer, const struct brick_grid *g
             assert_same_image(&image, &images[way * VIEWS + view], line);
             brick_image_finish(&image);
         }
+    return well;
 }
 
 /* Rays too long for one pass: where a pass ends depends on bricks and skipping, the picture does not. */
@@ -134,6 +151,7 @@ static void test_passes(void **state)
     for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
         struct vr_renderer *renderer = try_renderer(volume, VR_CONTEXT_AUTO);
+        struct vr_renderer *cpu = renderer ? try_renderer(volume, VR_CONTEXT_CPU) : NULL;
         for (int run = 0; renderer && run < 3 * WAYS; run++) {
             int way = run / 3, hand = run % 3;
             struct vr_scene scene = vr_scene_defaults;
@@ -162,8 +180,15 @@ static void test_passes(void **state)
             }
             assert_same_image(&image, &images[way], line);
             brick_image_finish(&image);
+            if (!rounds_well(&report) || !on_cpu(way) || hand == 2)
+                continue;
+            render(cpu, &scene, &quality, &image, &report);
+            snprintf(line, sizeof line, "long rays without OpenGL, bricks of %u, way %d", edges[e], way);
+            assert_same_image(&image, &images[way], line);
+            brick_image_finish(&image);
         }
         first = first && !renderer;
+        vr_renderer_destroy(&cpu);
         vr_renderer_destroy(&renderer);
         brick_volume_close(&volume);
     }
@@ -181,18 +206,21 @@ static void check(enum brick_type type, const void *voxels, double isovalue, dou
                                            transfer_of(peaks, sizeof peaks / sizeof peaks[0])};
     struct brick_image images[WAYS * VIEWS] = {{0}};
     bool first = true;
-    static const enum vr_context_kind kinds[] = {VR_CONTEXT_EGL, VR_CONTEXT_OSMESA};
-    static const char *const names[] = {"EGL", "OSMesa"};
+    static const enum vr_context_kind kinds[] = {VR_CONTEXT_EGL, VR_CONTEXT_OSMESA, VR_CONTEXT_CPU};
+    static const char *const names[] = {"EGL", "OSMesa", "no OpenGL"};
+    bool well = false;
     memory_source_init(&source, type, NX, NY, NZ, voxels);
     for (size_t e = 0; e < sizeof edges / sizeof edges[0]; e++) {
         struct brick_volume *volume = volume_of(&source, edges[e]);
-        for (int c = 0; c < 2; c++) {
-            struct vr_renderer *renderer = c == 0 || e == 0 ? try_renderer(volume, kinds[c]) : NULL;
-            for (int hand = 0; renderer && hand < (e == 1 ? 4 : 2); hand++) {
+        for (int c = 0; c < 3; c++) {
+            const bool cpu = kinds[c] == VR_CONTEXT_CPU, wanted = cpu ? well : c == 0 || e == 0;
+            struct vr_renderer *renderer = wanted ? try_renderer(volume, kinds[c]) : NULL;
+            for (int hand = 0; renderer && hand < (e == 1 && !cpu ? 4 : 2); hand++) {
                 char what[80];
                 snprintf(what, sizeof what, "%s, bricks of %u, hand %d", names[c], edges[e], hand);
-                compare_all(renderer, brick_volume_grid(volume), transfers, isovalue, step, hand, images,
-                            first, what);
+                well = compare_all(renderer, brick_volume_grid(volume), transfers, isovalue, step, hand, cpu,
+                                   images, first, what) ||
+                       cpu;
                 first = false;
             }
             vr_renderer_destroy(&renderer);
@@ -272,11 +300,71 @@ static void test_nonfinite(void **state)
     check(BRICK_F32, voxels, 300.0, 2.7);
 }
 
+/* The lowest float where there is nothing, as some programs write it: differences overflow. */
+static void test_huge(void **state)
+{
+    (void)state;
+    static float voxels[NX * NY * NZ];
+    for (int i = 0; i < NX * NY * NZ; i++) {
+        const double v = blobs(i % NX, i / NX % NY, i / NX / NY);
+        voxels[i] = v > 0.0 ? (float)v : noise64(4, (uint64_t)i) % 50 ? -FLT_MAX : FLT_MAX;
+    }
+    check(BRICK_F32, voxels, 300.0, 0.7);
+}
+
+/* From so far away that a ray's place depends on the last bits of its sums; with and without clip planes. */
+static void test_far(void **state)
+{
+    (void)state;
+    static int16_t voxels[NX * NY * NZ];
+    struct memory_source source;
+    struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
+    for (int i = 0; i < NX * NY * NZ; i++)
+        voxels[i] = (int16_t)blobs(i % NX, i / NX % NY, i / NX / NY);
+    memory_source_init(&source, BRICK_I16, NX, NY, NZ, voxels);
+    source.base.geometry.affine[0][1] = 0.3, source.base.geometry.affine[2][0] = -0.2;
+    struct brick_volume *volume = volume_of(&source, 32);
+    struct vr_renderer *gl = try_renderer(volume, VR_CONTEXT_AUTO),
+                       *cpu = try_renderer(volume, VR_CONTEXT_CPU);
+    for (int run = 0; gl && run < 6; run++) {
+        struct vr_scene scene = vr_scene_defaults;
+        struct vr_quality quality = vr_quality_defaults;
+        struct brick_image images[2];
+        struct vr_report report;
+        char line[80];
+        scene.transfer = transfer;
+        scene.mode = run % 2 ? BRICK_MODE_SHADED : BRICK_MODE_DVR;
+        scene.width = scene.height = 256;
+        brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 33, 21, 0, run < 4 ? 90 : 0, 1.0);
+        for (int a = 0; a < 3; a++)
+            scene.camera.eye_mm[a] += 3000.0 * (scene.camera.eye_mm[a] - scene.camera.look_mm[a]);
+        scene.camera.fov_deg = 0.01;
+        scene.clip_count = run >= 2;
+        scene.clip[0] = (struct vr_plane){{0.3, -0.7, 0.2}, 3.3};
+        quality.interleaved = run == 3;
+        render(gl, &scene, &quality, &images[0], &report);
+        render(cpu, &scene, &quality, &images[1], NULL);
+        snprintf(line, sizeof line, "far away, run %d", run);
+        if (rounds_well(&report))
+            assert_same_image(&images[0], &images[1], line);
+        brick_image_finish(&images[0]);
+        brick_image_finish(&images[1]);
+    }
+    const bool none = !gl;
+    vr_renderer_destroy(&gl);
+    vr_renderer_destroy(&cpu);
+    brick_volume_close(&volume);
+    brick_transfer_destroy(&transfer);
+    if (none)
+        skip();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_i16),   cmocka_unit_test(test_u8),        cmocka_unit_test(test_f32),
         cmocka_unit_test(test_boxes), cmocka_unit_test(test_nonfinite), cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_huge),  cmocka_unit_test(test_far),
     };
     return cmocka_run_group_tests_name("raycast_invariance", tests, NULL, NULL);
 }

@@ -12,7 +12,13 @@
 #include <brick/transfer.h>
 #include <brick/volume.h>
 
-enum vr_context_kind { VR_CONTEXT_AUTO, VR_CONTEXT_EGL, VR_CONTEXT_OSMESA };
+enum vr_context_kind {
+    VR_CONTEXT_AUTO, /* EGL or, if it gives none, OSMesa */
+    VR_CONTEXT_EGL,
+    VR_CONTEXT_OSMESA,
+    VR_CONTEXT_CPU /* no OpenGL: the raycast method's dvr, shaded and mip, without meshes, on the processor;
+                      of pictures' bytes those of an OpenGL that rounds as IEEE 754 says */
+};
 
 /* Keeps the points of the world with normal . x >= offset. */
 struct vr_plane {
@@ -136,7 +142,7 @@ extern const struct vr_quality vr_quality_defaults;
 struct vr_report {
     uint64_t passes;                                /* over unfinished rays */
     uint64_t bricks_total, bricks_active;           /* of the level */
-    uint64_t bricks_loaded;                         /* into the GPU cache; one that came twice counts twice */
+    uint64_t bricks_loaded;                         /* into the GPU cache, or without OpenGL the host's; one that came twice counts twice */
     uint64_t bricks_read, bytes_read;               /* from the file; bytes as stored */
     uint64_t gpu_cache_bytes, gpu_cache_peak_bytes; /* of the cache texture; of its slots ever in use */
     uint64_t host_cache_peak_bytes;                 /* of decoded bricks, ever */
@@ -147,7 +153,8 @@ struct vr_report {
     char gl_renderer[128];                          /* "" for methods on the CPU */
 };
 
-/* A context with a current-thread OpenGL and the GPU caches of one volume. One thread at a time. */
+/* What draws one volume: OpenGL with its caches in the GPU or, with VR_CONTEXT_CPU, a cache of bricks and
+ * threads. One caller at a time. */
 struct vr_renderer;
 
 /* How values between voxels are found. Either way the picture has the same bytes for all sizes of the caches
@@ -166,6 +173,11 @@ struct vr_renderer_params {
     unsigned threads;          /* 0: one a core */
 };
 extern const struct vr_renderer_params vr_renderer_defaults;
+
+/* Is VR_CONTEXT_CPU the faster way to draw this: params leave the context open, there is no GPU for OpenGL to
+ * run on, and the scene is one that the processor draws? */
+bool vr_prefers_cpu(const struct vr_scene *scene, const struct vr_quality *quality,
+                    const struct vr_renderer_params *params);
 
 /* BRICK_ERR_UNSUPPORTED when no such context can be had, saying what is missing. */
 int vr_renderer_create(struct vr_renderer **renderer, const struct brick_volume *volume,
@@ -198,8 +210,8 @@ int vr_render(struct vr_renderer *renderer, const struct vr_scene *scene, const 
  * without a budget.
  *
  * scene->transfer and scene->meshes live until the picture is final or another begins. report counts from
- * begin on. After an error of continue, or a final picture, the next call is begin. Slices and
- * cells know no budget: their first picture is final. */
+ * begin on. After an error of continue, or a final picture, the next call is begin. Slices,
+ * cells, and whatever is drawn without OpenGL know no budget: their first picture is final. */
 struct vr_budget {
     double seconds;        /* kept but for a pass over the rays and a look; 0: any */
     uint64_t upload_bytes; /* of bricks into the GPU cache, one brick at least and those that stand in apart;

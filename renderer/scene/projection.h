@@ -1,6 +1,6 @@
 /* From a point to its pixel: brick_view's rays the other way round. */
-#ifndef RENDERER_FRAME_PROJECTION_H
-#define RENDERER_FRAME_PROJECTION_H
+#ifndef RENDERER_SCENE_PROJECTION_H
+#define RENDERER_SCENE_PROJECTION_H
 
 #include <brick/camera.h>
 

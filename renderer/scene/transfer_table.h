@@ -1,6 +1,6 @@
-/* The transfer function as the shaders read it (shaders/transfer.glsl): float32 pieces over stored values. */
-#ifndef RENDERER_FRAME_TRANSFER_TABLE_H
-#define RENDERER_FRAME_TRANSFER_TABLE_H
+/* The transfer function as rays read it (shaders/transfer.glsl, cast/): float32 pieces over stored values. */
+#ifndef RENDERER_SCENE_TRANSFER_TABLE_H
+#define RENDERER_SCENE_TRANSFER_TABLE_H
 
 #include <brick/grid.h>
 #include <brick/transfer.h>

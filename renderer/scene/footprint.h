@@ -1,6 +1,6 @@
 /* Where in a picture active bricks can be seen. */
-#ifndef RENDERER_FRAME_FOOTPRINT_H
-#define RENDERER_FRAME_FOOTPRINT_H
+#ifndef RENDERER_SCENE_FOOTPRINT_H
+#define RENDERER_SCENE_FOOTPRINT_H
 
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 /* What macrocell bits depend on, kept to see whether it changed. */
-#ifndef RENDERER_RESIDENCY_CLASSIFIED_H
-#define RENDERER_RESIDENCY_CLASSIFIED_H
+#ifndef RENDERER_SCENE_CLASSIFIED_H
+#define RENDERER_SCENE_CLASSIFIED_H
 
 #include <stdbool.h>
 
