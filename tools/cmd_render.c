@@ -199,7 +199,10 @@ static void print_summary(const struct tool_request *request, const struct vr_re
     fprintf(stderr, "%s: %s, %llu of %llu bricks visible, frame %.3f s, all %.3f s%s%s%s\n",
             request->outputs.item[0], modes[request->mode], (unsigned long long)sum.bricks_active,
             (unsigned long long)sum.bricks_total, sum.seconds_frame, seconds, final ? "" : ", not final",
-            sum.gl_renderer[0] ? ", " : "", sum.gl_renderer);
+            request->method < VR_METHODS ? ", " : "",
+            sum.gl_renderer[0]             ? sum.gl_renderer
+            : request->method < VR_METHODS ? "without OpenGL"
+                                           : "");
 }
 
 static int render(const struct tool_request *request, const char *path)
