@@ -136,7 +136,7 @@ static void fetch_ahead(struct feed *f, const struct tile *tile)
     uint64_t end = tile_stored(f->grid, tile).hi[2] + f->grid->edge * done / (line * level->bricks[1]);
     if (end > level->dims[2])
         end = level->dims[2];
-    if (!f->source->fetch || end == f->fetched)
+    if (!f->source->fetch || end <= f->fetched)
         return;
     f->source->fetch(f->source, f->fetched, end - f->fetched);
     f->fetched = end;
