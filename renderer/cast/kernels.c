@@ -19,7 +19,6 @@
 #define INLINE static inline __attribute__((always_inline))
 
 #define SET(name) c_##name
-#define SET_NAME  "plain"
 #define TARGET
 #define LANES 4
 #define IOTA  0, 1, 2, 3
@@ -94,7 +93,6 @@ INLINE vf c_pick(const float *row, uint32_t count, vi at)
 
 #if defined __x86_64__ && defined __GNUC__
 #define SET(name) avx2_##name
-#define SET_NAME  "AVX2"
 #define TARGET    __attribute__((target("avx2,bmi,bmi2,popcnt")))
 #define LANES     8
 #define IOTA      0, 1, 2, 3, 4, 5, 6, 7
@@ -166,7 +164,6 @@ TARGET INLINE vf avx2_pick(const float *row, uint32_t count, vi at)
 #include "kernels_set.h"
 
 #define SET(name) avx512_##name
-#define SET_NAME  "AVX-512"
 #define TARGET    __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,bmi,popcnt")))
 #define LANES     16
 #define IOTA      0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15

@@ -240,8 +240,6 @@ TARGET INLINE void SET(lit)(struct vr_cast_seen *seen, uint32_t i, const vf grad
 #include "kernels_typed.h"
 
 static const struct vr_cast_kernels SET(kernels) = {
-    .name = SET_NAME,
-    .lanes = LANES,
     .scan = SET(scan),
     .classify = SET(classify),
     .opacities = SET(opacities),
@@ -256,7 +254,6 @@ static const struct vr_cast_kernels SET(kernels) = {
 #undef LOADF
 #undef LOADI
 #undef SET
-#undef SET_NAME
 #undef TARGET
 #undef LANES
 #undef IOTA
