@@ -140,9 +140,10 @@ struct vr_quality {
 extern const struct vr_quality vr_quality_defaults;
 
 struct vr_report {
-    uint64_t passes;                                /* over unfinished rays */
-    uint64_t bricks_total, bricks_active;           /* of the level */
-    uint64_t bricks_loaded;                         /* into the GPU cache, or without OpenGL the host's; one that came twice counts twice */
+    uint64_t passes;                      /* over unfinished rays */
+    uint64_t bricks_total, bricks_active; /* of the level */
+    uint64_t bricks_loaded; /* into the GPU cache, or without OpenGL the host's; one that came twice counts
+                               twice */
     uint64_t bricks_read, bytes_read;               /* from the file; bytes as stored */
     uint64_t gpu_cache_bytes, gpu_cache_peak_bytes; /* of the cache texture; of its slots ever in use */
     uint64_t host_cache_peak_bytes;                 /* of decoded bricks, ever */
