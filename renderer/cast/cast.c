@@ -106,6 +106,8 @@ static int begin(struct vr_caster *c, const struct vr_scene *scene, const struct
     struct vr_cast_set *set = &frame->set;
     set->grid = brick_volume_grid(c->volume);
     set->level = &set->grid->level[scene->level];
+    for (int a = 0; a < 3; a++)
+        set->per_voxel[a] = 1.0 / set->level->scale[a];
     set->step_mm = quality->step_vox * brick_grid_min_spacing_mm(set->grid);
     set->interleaved = quality->interleaved;
     set->cut = quality->interleaved || scene->clip_count;
@@ -127,7 +129,9 @@ static int begin(struct vr_caster *c, const struct vr_scene *scene, const struct
     if (scene->mode == BRICK_MODE_MIP)
         frame->field.visible[0] = -INFINITY, frame->field.visible[1] = INFINITY;
     frame->unit_mm = (float)scene->transfer->unit_mm;
-    frame->depth_end = quality->termination > 0.0 ? (float)-log(quality->termination) : FLT_MAX;
+    frame->depth_end = quality->termination > 0.0 && scene->mode != BRICK_MODE_MIP
+                           ? (float)-log(quality->termination)
+                           : FLT_MAX;
     set_light(&frame->light, scene, set);
     return BRICK_OK;
 }

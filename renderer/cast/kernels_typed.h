@@ -155,6 +155,70 @@ TARGET static void NAME(shade)(struct vr_cast_seen *seen, const struct vr_cast_b
     }
 }
 
+TARGET static uint32_t NAME(march)(struct vr_cast_seen *seen, struct vr_cast_packet *p, uint32_t i,
+                                   const struct vr_cast_brick *brick, const struct vr_cast_field *field,
+                                   bool place)
+{
+    const char *voxels = brick->voxels;
+    const ptrdiff_t row = (ptrdiff_t)brick->row * BYTES, slice = (ptrdiff_t)brick->slice * BYTES;
+    const char *const rows[4] = {voxels, voxels + row, voxels + slice, voxels + slice + row};
+    const vi left = LOADI(p->left + i), from = LOADI(p->voxel + i), ray = LOADI(p->on.ray + i);
+    const vf length = LOADF(p->length_mm + i);
+    const vi inside =
+        (vi){0} + brick->border * (1 + brick->row + brick->slice); /* where lanes without look */
+    vl at[3][2], step[3][2];
+    vi looked = {0};
+    uint32_t n = 0, samples = 0;
+    for (int a = 0; a < 3; a++) {
+        SET(join)(at[a], p->at[a][0] + i, p->at[a][1] + i);
+        SET(join)(step[a], p->step[a][0] + i, p->step[a][1] + i);
+    }
+    for (int32_t s = 0; s < VR_CAST_STEPS; s++, n += LANES) {
+        const vi live = s < left;
+        vi cell[3];
+        vf f[3], c[4][2];
+        if (!SET(mask)(live))
+            break;
+        for (int a = 0; a < 3; a++) {
+            const vu high = __builtin_shufflevector((vu)at[a][0], (vu)at[a][1], ODD);
+            cell[a] = (vi)(high >> 24);
+            f[a] = __builtin_convertvector((vi)(high & 0xffffff), vf) * 0x1p-24f;
+            at[a][0] += step[a][0];
+            at[a][1] += step[a][1];
+        }
+        const vi there = from + cell[2] * brick->slice + cell[1] * brick->row + cell[0];
+        const vi voxel = (there & live) | (inside & ~live);
+        NAME(pairs)(rows, voxel * BYTES, c);
+        const vf y[4] = {NAME(along)(c[0][0], c[0][1], f[0]), NAME(along)(c[1][0], c[1][1], f[0]),
+                         NAME(along)(c[2][0], c[2][1], f[0]), NAME(along)(c[3][0], c[3][1], f[0])};
+        const vf value = NAME(bilinear)(y, f[1], f[2]) * field->sign;
+        vi good = live & (value >= field->visible[0]) & (value <= field->visible[1]);
+#if BYTES == 4
+        if (field->nonfinite)
+            for (int k = 0; k < 8; k++)
+                good &= ((vi)c[k / 2][k % 2] & 0x7f800000) != 0x7f800000;
+#endif
+        looked -= live;
+        SET(store)(seen->value + n, (vi)value | ~good);
+        SET(store)(seen->length_mm + n, (vi)length);
+        if (place) {
+            SET(store)(seen->ray + n, ray);
+            SET(store)(seen->voxel + n, voxel);
+            for (int a = 0; a < 3; a++)
+                SET(store)(seen->fraction[a] + n, (vi)f[a]);
+        }
+    }
+    for (int a = 0; a < 3; a++) {
+        SET(store)(p->at[a][0] + i, (vi)__builtin_shufflevector((vu)at[a][0], (vu)at[a][1], EVEN));
+        SET(store)(p->at[a][1] + i, (vi)__builtin_shufflevector((vu)at[a][0], (vu)at[a][1], ODD));
+    }
+    SET(store)(p->left + i, left - VR_CAST_STEPS);
+    seen->count = n;
+    for (int k = 0; k < LANES; k++)
+        samples += (uint32_t)looked[k];
+    return samples;
+}
+
 #undef NAME
 #undef NAME1
 #undef NAME2
