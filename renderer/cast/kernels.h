@@ -106,8 +106,8 @@ int vr_cast_pieces_init(struct vr_cast_pieces *pieces, const struct vr_transfer_
 void vr_cast_pieces_finish(struct vr_cast_pieces *pieces);
 
 struct vr_cast_kernels {
-    /* Queue samples of the run, in order, until it ends or VR_CAST_ROUND have been queued, or `lanes` - 1
-     * more. */
+    /* Queue samples of the run in active macrocells (brick->bits is not NULL), in order, until it ends or
+     * VR_CAST_ROUND have been queued, or `lanes` - 1 more. */
     void (*scan)(struct vr_cast_queue *queue, const struct vr_cast_brick *brick, struct vr_cast_run *run);
     /* Fill in depth, alpha and rgb from value and length. */
     void (*classify)(struct vr_cast_seen *seen, const struct vr_cast_pieces *pieces);

@@ -91,17 +91,15 @@ TARGET static void SET(scan)(struct vr_cast_queue *queue, const struct vr_cast_b
             at[a][0] += LANES * run->step[a];
             at[a][1] += LANES * run->step[a];
         }
-        if (brick->bits) {
-            vi part[3];
-            for (int a = 0; a < 3; a++) { /* the half cell before the volume belongs to its first macrocell */
-                part[a] = cell[a] - brick->border;
-                part[a] = (part[a] & ~(part[a] >> 31)) >> brick->macro_shift;
-            }
-            const vi bit = (part[0] + part[1] * brick->bit_row + part[2] * brick->bit_slice) & active;
-            const vi word = brick->words == 2 ? SET(either)(bit >> 5, brick->bits)
-                                              : SET(gather)(brick->bits, bit >> 5 << 2);
-            active &= -((vi)((vu)word >> (vu)(bit & 31)) & 1);
+        vi part[3];
+        for (int a = 0; a < 3; a++) { /* the half cell before the volume belongs to its first macrocell */
+            part[a] = cell[a] - brick->border;
+            part[a] = (part[a] & ~(part[a] >> 31)) >> brick->macro_shift;
         }
+        const vi bit = (part[0] + part[1] * brick->bit_row + part[2] * brick->bit_slice) & active;
+        const vi word =
+            brick->words == 2 ? SET(either)(bit >> 5, brick->bits) : SET(gather)(brick->bits, bit >> 5 << 2);
+        active &= -((vi)((vu)word >> (vu)(bit & 31)) & 1);
         const uint32_t mask = SET(mask)(active);
         if (mask) {
             SET(compress)(queue->voxel + n, mask, cell[2] * brick->slice + cell[1] * brick->row + cell[0]);
