@@ -310,3 +310,23 @@ const struct vr_cast_kernels *vr_cast_kernels_table(unsigned i)
     tables[n++] = &c_kernels;
     return i < n ? tables[i] : NULL;
 }
+
+unsigned vr_cast_flush(void)
+{
+#if defined __x86_64__ && defined __GNUC__
+    const unsigned kept = _mm_getcsr();
+    _mm_setcsr(kept | 0x8040); /* results and operands */
+    return kept;
+#else
+    return 0;
+#endif
+}
+
+void vr_cast_restore(unsigned kept)
+{
+#if defined __x86_64__ && defined __GNUC__
+    _mm_setcsr(kept);
+#else
+    (void)kept;
+#endif
+}

@@ -141,4 +141,9 @@ struct vr_cast_kernels {
  * same bits. */
 const struct vr_cast_kernels *vr_cast_kernels_table(unsigned i);
 
+/* From here on numbers too small for a normal float are 0 to this thread, as they are to llvmpipe's and most
+ * GPUs'; until restore is given what flush returned. Other processors than x86 go on with them. */
+unsigned vr_cast_flush(void);
+void vr_cast_restore(unsigned kept);
+
 #endif

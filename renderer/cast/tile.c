@@ -103,7 +103,9 @@ static int visit(struct vr_cast_tile *t, const struct vr_cast_frame *frame, uint
     if (activity->state[index] != BRICK_STATE_WHOLE)
         brick.bits = vr_cast_activity_bits(
             activity, index, (const char *)brick.voxels + brick_place_voxel_bytes(grid, &place), t->bits);
+    const unsigned kept = vr_cast_flush();
     vr_cast_through(&t->rays, &t->samples, frame, &brick, place.lo, waiting, n, samples);
+    vr_cast_restore(kept);
     brick_cache_unpin(frame->cache, id);
     return BRICK_OK;
 }
@@ -163,6 +165,8 @@ int vr_cast_tile_draw(struct vr_cast_tile *t, const struct vr_cast_frame *frame,
                 await(t, through[i], stay++);
         t->waiting = stay;
     }
+    const unsigned kept = vr_cast_flush();
     finish(t, frame);
+    vr_cast_restore(kept);
     return BRICK_OK;
 }
