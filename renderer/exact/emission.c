@@ -26,9 +26,8 @@
 #define MAX_HALVINGS 64
 #define TINY_ERROR   1e-25 /* error of one interval that is never worth another halving */
 #define NEGLIGIBLE   1e-6  /* part of the tolerance that an interval around a zero normal may be wrong by */
-#define ROUNDINGS    32.0 /* of terms of a normal, in a facing ratio at either end of a steady interval, twice \
-                           */
-#define OPAQUE_DEPTH 60.0 /* exp(-60) < 1e-26: nothing shows through */
+#define ROUNDINGS    32.0  /* of a normal's terms in a facing ratio, anywhere in a steady interval; twice */
+#define OPAQUE_DEPTH 60.0  /* exp(-60) < 1e-26: nothing shows through */
 
 /* Gauss-Kronrod abscissae in [0,1) from the middle outwards; every other one is a Gauss point. */
 static const double node[8] = {0.0,
