@@ -280,7 +280,7 @@ int bench_accuracy(int argc, char **argv)
     int first = 0;
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "DIR", .parse = tool_parse_text, .target = &r.folder,
-         .help = "folder for accuracy.csv, accuracy.svg and accuracy.png"},
+         .required = true, .help = "folder for accuracy.csv, accuracy.svg and accuracy.png"},
         {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
          .help = "transfer function (default gray)"},
         {"mode", .value = "MODE", .parse = tool_parse_choice, .target = &r.mode, .limits = {.choices = modes},
@@ -301,18 +301,13 @@ int bench_accuracy(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE -o DIR [OPTIONS]",
         .summary = "Speed against error of every method, at several steps, against the exact picture.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     struct brick_error err = {0};
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!r.folder)
-        return tool_misuse(COMMAND, "no output: -o DIR");
     for (uint32_t i = 0; i < r.steps.count; i++)
         if (!(r.steps.value[i] > 0.0) || !isfinite(r.steps.value[i]))
             return tool_misuse(COMMAND, "--steps: %g is not above 0", r.steps.value[i]);

@@ -171,11 +171,8 @@ int bench_bricks(int argc, char **argv)
         .arguments = "SRC [OPTIONS]",
         .summary =
             "What the brick's edge costs: conversion, bytes on disk, bytes read and seconds for pictures.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one SRC",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one SRC"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -237,11 +237,8 @@ int bench_codecs(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE... [OPTIONS]",
         .summary = "Every codec and level on the bricks of .brick files: ratio, speed of one thread.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1000,
-        .positional = "a FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1000, "a FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

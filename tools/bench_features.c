@@ -184,11 +184,8 @@ int bench_features(int argc, char **argv)
         .arguments = "FILE [OPTIONS]",
         .summary = "What features of the raycaster cost, and multipass: processor seconds a frame, and\n"
                    "ratios to the plain picture, in turns.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -164,11 +164,8 @@ int bench_hits(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE [OPTIONS]",
         .summary = "Isosurface hits of the raycaster against exact ones, by step and refinement.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -352,6 +352,7 @@ int bench_peers(int argc, char **argv)
     r.quality.step_vox = 1.0;
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "DIR", .parse = tool_parse_text, .target = &r.folder,
+         .required = true,
          .help =
              "folder for peers.csv and a picture of each way; the volume is there as a raw file meanwhile"},
         {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
@@ -378,18 +379,13 @@ int bench_peers(int argc, char **argv)
         .summary =
             "The same frames by this program and by VTK, in turns, each held against the exact picture.\n"
             "Needs Debian's python3-vtk9, and xvfb where there is no display.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     struct brick_error err = {0};
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!r.folder)
-        return tool_misuse(COMMAND, "no output: -o DIR");
     code = run(&r, argv[first], &err);
     return code ? tool_fail(COMMAND, &err) : 0;
 }

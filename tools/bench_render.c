@@ -193,11 +193,8 @@ int bench_render(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE [OPTIONS]",
         .summary = "Seconds per frame in the modes dvr, shaded, iso and mip, and of --method isotrace.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -175,6 +175,7 @@ int bench_papers(int argc, char **argv)
         names[c + 1] = chapters[c].name;
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "DIR", .parse = tool_parse_text, .target = &r.papers.folder,
+         .required = true,
          .help = "folder for the tables as text and CSV, and plots; volumes are there meanwhile"},
         {"ct", .value = "FILE.brick", .parse = tool_parse_text, .target = &r.scan[PAPER_CT],
          .help = "a CT in Hounsfield units, for the rows on real data"},
@@ -192,16 +193,13 @@ int bench_papers(int argc, char **argv)
         .arguments = "-o DIR [OPTIONS]",
         .summary =
             "The tables of the five papers again, as ratios measured in one run beside the papers' own.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional = "no arguments",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {0, 0, "no arguments"},
     };
     struct brick_error err = {0};
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!r.papers.folder)
-        return tool_misuse(COMMAND, "no output: -o DIR");
     for (int kind = 0; kind < PAPER_VOLUMES; kind++)
         if (r.scan[kind])
             snprintf(r.papers.volume[kind].path, sizeof r.papers.volume[kind].path, "%s", r.scan[kind]);
