@@ -10,10 +10,9 @@
 #include <brick/build.h>
 #include <formats/formats.h>
 
-#include "../bench.h"
+#include "../bench_view.h"
 #include "../figure.h"
 #include "../message.h"
-#include "../options.h"
 #include "../transfer.h"
 #include "table.h"
 
@@ -51,16 +50,14 @@ static const struct {
 void paper_scene(const struct paper_volume *v, enum brick_mode mode, double azimuth, bool parallel,
                  struct vr_scene *scene)
 {
-    const struct brick_grid *grid = brick_volume_grid(v->volume);
-    double spacing[3], diagonal = 0.0;
-    brick_grid_spacing_mm(grid, spacing);
-    for (int a = 0; a < 3; a++)
-        diagonal = hypot(diagonal, spacing[a] * (double)grid->dims[a]);
-    *scene = vr_scene_defaults;
+    const struct bench_view view = {.size = {512, 512},
+                                    .orbit = {azimuth, 10.0},
+                                    .ortho_mm = parallel ? bench_view_diagonal_mm(v->volume) : 0.0,
+                                    .iso = v->iso[1],
+                                    .has_iso = true};
+    bench_view_scene(&view, v->volume, scene);
     scene->mode = mode;
     scene->transfer = mode == BRICK_MODE_ISO ? NULL : v->transfer;
-    scene->isovalue = v->iso[1];
-    brick_camera_orbit(&scene->camera, grid, azimuth, 10.0, 0.0, parallel ? diagonal : 0.0, 1.0);
 }
 
 int paper_tables_show(const struct papers *papers, const struct paper_table *const tables[], size_t count,
@@ -184,8 +181,7 @@ int bench_papers(int argc, char **argv)
         {"only", .value = "PAPER", .parse = tool_parse_choice, .target = &r.only,
          .limits = {.choices = names},
          .help = "all (default), or the tables of one paper, by its first author"},
-        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.papers.frames,
-         .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "frames to take the median of (default 3)"},
+        {BENCH_FRAMES("3"), .target = &r.papers.frames},
         TOOL_OPTION_THREADS(&r.papers.renderer.threads),
     };
     const struct tool_usage usage = {
