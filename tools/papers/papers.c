@@ -138,26 +138,31 @@ static void turn(struct vr_scene *scene, const struct paper_volume *volume, uint
                        height, 1.0);
 }
 
-int paper_measure(const struct papers *papers, const struct paper_volume *volume,
-                  const struct vr_scene *scenes, const struct vr_quality *qualities, size_t ways,
-                  double *seconds, struct vr_report *reports, struct brick_error *err)
+int paper_measure(struct papers *papers, int kind, paper_way *way, size_t ways, struct paper_time *times,
+                  struct brick_error *err)
 {
-    static double times[PAPER_WAYS][BENCH_REPEAT_MAX];
+    static double seconds[PAPER_WAYS][BENCH_REPEAT_MAX];
+    const struct paper_volume *volume = &papers->volume[kind];
     struct vr_renderer *renderer = NULL;
     struct brick_image image = {0};
-    int code = brick_image_init(&image, scenes[0].width, scenes[0].height, err);
+    int code = paper_volume_open(papers, kind, err);
+    if (code || !volume->volume)
+        return code;
+    code = brick_image_init(&image, vr_scene_defaults.width, vr_scene_defaults.height, err);
     if (!code)
         code = vr_renderer_create(&renderer, volume->volume, &papers->renderer, err);
     for (uint32_t frame = 0; frame <= papers->frames && !code; frame++)
         for (size_t w = 0; w < ways && !code; w++) {
-            struct vr_scene scene = scenes[w];
+            struct vr_scene scene;
+            struct vr_quality quality = vr_quality_defaults;
+            way(volume, w, &scene, &quality);
             turn(&scene, volume, frame);
-            code = vr_render(renderer, &scene, &qualities[w], &image, &reports[w], err);
+            code = vr_render(renderer, &scene, &quality, &image, &times[w].report, err);
             if (frame)
-                times[w][frame - 1] = reports[w].seconds_frame;
+                seconds[w][frame - 1] = times[w].report.seconds_frame;
         }
     for (size_t w = 0; w < ways && !code; w++)
-        seconds[w] = bench_spread(times[w], papers->frames).median;
+        times[w].seconds = bench_spread(seconds[w], papers->frames).median;
     vr_renderer_destroy(&renderer);
     brick_image_finish(&image);
     return code;
