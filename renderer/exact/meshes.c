@@ -11,6 +11,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "vector.h"
+
 #define LEAF_TRIANGLES 4
 #define MAX_DEPTH      64 /* 2^64 triangles */
 
@@ -139,18 +141,6 @@ void vr_mesh_tree_destroy(struct vr_mesh_tree **tree)
     *tree = NULL;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 /* Where the ray enters the box, or infinity; wider by more than its rounding. */
 static double enter_box(const struct node *node, const struct brick_ray *ray, double t_max)
 {
@@ -203,8 +193,8 @@ static bool meet(const struct vr_mesh_tree *tree, const struct ref *ref, const s
         to_b[i] = at[1][i] - at[0][i];
         to_c[i] = at[2][i] - at[0][i];
     }
-    cross(to_b, to_c, n);
-    double along = dot(n, ray->direction), area = dot(n, n), t = dot(n, at[0]) / along;
+    vr_cross(to_b, to_c, n);
+    double along = vr_dot(n, ray->direction), area = vr_dot(n, n), t = vr_dot(n, at[0]) / along;
     if (along == 0.0 || !(area > 0.0) || !(t >= 0.0 && t < *t_mm))
         return false;
     for (int i = 0; i < 3; i++) {
@@ -212,10 +202,10 @@ static bool meet(const struct vr_mesh_tree *tree, const struct ref *ref, const s
         normal[i] = n[i];
     }
     *t_mm = t;
-    cross(p, to_c, side);
-    weight[0] = dot(side, n) / area;
-    cross(to_b, p, side);
-    weight[1] = dot(side, n) / area;
+    vr_cross(p, to_c, side);
+    weight[0] = vr_dot(side, n) / area;
+    vr_cross(to_b, p, side);
+    weight[1] = vr_dot(side, n) / area;
     return true;
 }
 

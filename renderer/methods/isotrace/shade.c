@@ -6,10 +6,7 @@
 
 #include <math.h>
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+#include "vector.h"
 
 static bool normalize(double v[3])
 {
@@ -18,7 +15,7 @@ static bool normalize(double v[3])
         return false;
     for (int i = 0; i < 3; i++)
         v[i] /= largest;
-    double length = sqrt(dot(v, v));
+    double length = sqrt(vr_dot(v, v));
     for (int i = 0; i < 3; i++)
         v[i] /= length;
     return true;
@@ -71,7 +68,7 @@ void vr_iso_shading_init(struct vr_iso_shading *s, const struct brick_grid *grid
         over_the_shoulder(&scene->camera, s->light);
     normalize(s->light);
     for (int i = 0; i < 3; i++)
-        s->light_direction[i] = dot(inverse[i], s->light);
+        s->light_direction[i] = vr_dot(inverse[i], s->light);
 }
 
 /* The normal, and its cosines with view and light, two-sided. False: the hit has no normal. */
@@ -79,13 +76,13 @@ static bool facing_light(const struct vr_iso_shading *s, const double view[3], c
                          double n[3], double *diffuse)
 {
     for (int i = 0; i < 3; i++)
-        n[i] = dot(s->normal[i], hit->gradient);
+        n[i] = vr_dot(s->normal[i], hit->gradient);
     if (!normalize(n))
         return false;
-    double side = dot(n, view) > 0.0 ? -1.0 : 1.0; /* turned to the eye's side */
+    double side = vr_dot(n, view) > 0.0 ? -1.0 : 1.0; /* turned to the eye's side */
     for (int i = 0; i < 3; i++)
         n[i] *= side;
-    *diffuse = s->headlight ? -dot(n, view) : dot(n, s->light);
+    *diffuse = s->headlight ? -vr_dot(n, view) : vr_dot(n, s->light);
     *diffuse = fmax(0.0, fmin(*diffuse, 1.0));
     return *diffuse > 0.0;
 }
@@ -105,7 +102,7 @@ static double power(double x, double n)
 static void view_of(const struct vr_iso_shading *s, const struct brick_ray *ray, double view[3])
 {
     for (int i = 0; i < 3; i++)
-        view[i] = dot(s->linear[i], ray->direction);
+        view[i] = vr_dot(s->linear[i], ray->direction);
 }
 
 bool vr_iso_shadow_ray(const struct vr_iso_shading *s, const struct brick_ray *ray,
@@ -136,7 +133,7 @@ static void shade_hit(const struct vr_iso_shading *s, const double view[3], cons
         if (!s->headlight) {
             for (int i = 0; i < 3; i++)
                 half[i] = s->light[i] - view[i];
-            highlight = normalize(half) ? fmax(0.0, fmin(dot(n, half), 1.0)) : 0.0;
+            highlight = normalize(half) ? fmax(0.0, fmin(vr_dot(n, half), 1.0)) : 0.0;
         }
         if (highlight > 0.0 && s->specular > 0.0)
             shine = s->specular * power(highlight, s->shininess);
