@@ -1,9 +1,11 @@
-/* Byte by byte, little endian, independent of the host's own layout. */
+/* Number by number, little endian, independent of the host's own layout of structs. */
 #include "layout.h"
 
 #include <math.h>
 #include <string.h>
 #include <xxhash.h>
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "big-endian hosts need a byte swap in number()");
 
 static const unsigned char magic[8] = {0x89, 'B', 'R', 'K', '\r', '\n', 0x1a, '\n'};
 
@@ -16,19 +18,13 @@ struct walk {
 
 static inline void number(struct walk *w, void *member, size_t bytes)
 {
-    unsigned char value[8];
-    memcpy(value, w->to ? member : w->from, bytes);
-    if (__BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__)
-        for (size_t i = 0; i < bytes / 2; i++) {
-            unsigned char swapped = value[i];
-            value[i] = value[bytes - 1 - i];
-            value[bytes - 1 - i] = swapped;
-        }
-    memcpy(w->to ? w->to : member, value, bytes);
-    if (w->to)
+    if (w->to) {
+        memcpy(w->to, member, bytes);
         w->to += bytes;
-    else
+    } else {
+        memcpy(member, w->from, bytes);
         w->from += bytes;
+    }
 }
 #define NUMBER(walk, member) number(walk, &(member), sizeof(member))
 
