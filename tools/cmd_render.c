@@ -44,8 +44,6 @@ static int check_isotrace(const struct tool_request *request)
         return tool_misuse("render", "--iso-opacity needs as many numbers as --iso");
     if (request->has_step || request->has_refinements)
         return tool_misuse("render", "--method isotrace has no --step or --refinements");
-    if (request->mesh.count)
-        return tool_misuse("render", "--method isotrace draws no --mesh");
     if (request->has_cache || request->has_context)
         return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
     return -1;

@@ -7,6 +7,7 @@
 
 #include "activity.h"
 #include "kernels.h"
+#include "mesh_tree.h"
 #include "ray.h"
 
 enum { VR_CAST_TILE = 16, VR_CAST_RAYS = VR_CAST_TILE * VR_CAST_TILE };
@@ -21,6 +22,7 @@ struct vr_cast_frame {
     struct vr_cast_pieces pieces; /* of the table */
     struct vr_cast_field field;
     struct vr_cast_light light; /* but for view */
+    const struct vr_mesh_view *meshes;
     struct vr_cast_activity *activity;
     struct brick_cache *cache;
     float unit_mm;   /* mip: length that a control point's opacity belongs to */

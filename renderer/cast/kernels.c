@@ -158,9 +158,8 @@ INLINE __m128i load_two(const char *base, int32_t first, int32_t second)
 TARGET INLINE void avx2_rows(const char *const base[4], vi byte, vi words[4][2])
 {
     vi part[4][2];
-    _Alignas(64) int32_t at[LANES];
+    int32_t at[LANES];
     memcpy(at, &byte, sizeof at);
-    __asm__("" : "+m"(at)); /* from memory: taking vectors apart costs more */
     for (int i = 0; i < 2; i++)
         for (int k = 0; k < 4; k++)
             part[k][i] = (vi)_mm256_set_m128i(load_two(base[k], at[4 * i + 2], at[4 * i + 3]),
@@ -229,9 +228,8 @@ TARGET INLINE vf avx512_floor(vf a)
 TARGET INLINE void avx512_rows(const char *const base[4], vi byte, vi words[4][2])
 {
     __m256i part[4][4];
-    _Alignas(64) int32_t at[LANES];
+    int32_t at[LANES];
     memcpy(at, &byte, sizeof at);
-    __asm__("" : "+m"(at)); /* from memory: taking vectors apart costs more */
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < 4; k++)
             part[k][i] = _mm256_set_m128i(load_two(base[k], at[4 * i + 2], at[4 * i + 3]),

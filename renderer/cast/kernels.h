@@ -59,6 +59,7 @@ struct vr_cast_seen {
 /* Rays that go through a brick side by side, one a lane: half as much work a sample as through queues where
  * nothing can be skipped. Those that go on are first. */
 enum { VR_CAST_STEPS = 8, VR_CAST_PACKET = 256, VR_CAST_PACKET_ROOM = VR_CAST_PACKET + VR_CAST_LANES_MAX };
+_Static_assert((int)VR_CAST_STEPS *(int)VR_CAST_LANES_MAX <= (int)VR_CAST_ROOM, "looked at in one go");
 struct vr_cast_sums {
     _Alignas(64) uint32_t ray[VR_CAST_PACKET_ROOM];
     _Alignas(64) float depth[VR_CAST_PACKET_ROOM];  /* mip: 1 when there is a value */

@@ -11,13 +11,15 @@ static double offset_of(uint32_t column, uint32_t row)
     return ((a & 1) << 3 | (b & 1) << 2 | (a & 2) | (b & 2) >> 1) / 16.0;
 }
 
-bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t row, struct vr_cast_ray *ray)
+bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t row, double end_mm,
+                      struct vr_cast_ray *ray)
 {
     struct brick_ray whole;
     double enter, leave;
     brick_view_ray(&set->view, column, row, &whole);
     if (!brick_ray_span(&whole, set->grid, &enter, &leave))
         return false;
+    leave = end_mm < leave ? end_mm : leave;
     double from = enter;
     if (!vr_clip_span(&set->clip, &whole, &from, &leave))
         return false;

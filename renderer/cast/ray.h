@@ -34,8 +34,9 @@ struct vr_cast_ray {
     double enter_mm; /* t of the way into the volume */
 };
 
-/* False when there is nothing on the pixel's ray. */
-bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t row, struct vr_cast_ray *ray);
+/* The pixel's ray, as far as end_mm. False when there is nothing on it. */
+bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t row, double end_mm,
+                      struct vr_cast_ray *ray);
 
 /* Is sample k one that steps do not lead to? */
 static inline bool vr_cast_ray_is_end(const struct vr_cast_set *set, const struct vr_cast_ray *ray,

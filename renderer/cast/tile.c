@@ -2,6 +2,7 @@
  * Invariant: one brick is pinned at a time. */
 #include "tile.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,6 +16,8 @@ struct vr_cast_tile {
     /* Of those that wait, nearer or further: number, and how far the eye is. */
     uint32_t order[VR_CAST_RAYS], waiting;
     float way[VR_CAST_RAYS];
+    /* Of all pixels, row by row: where the nearest mesh is, and its colour. */
+    double mesh_mm[VR_CAST_RAYS], mesh_rgb[VR_CAST_RAYS][3];
     uint32_t bits[]; /* of a brick */
 };
 
@@ -40,34 +43,57 @@ static void await(struct vr_cast_tile *t, uint32_t r, uint32_t at)
     t->way[at] = (float)(t->rays.ray[r].enter_mm + t->rays.wait[r].k * (double)t->rays.ray[r].length_mm);
 }
 
-/* The tile's pixels: columns [x, end[0]), rows [y, end[1]). */
-static void tile_end(const struct brick_image *image, uint32_t x, uint32_t y, uint32_t end[2])
+/* A tile's pixels: columns [x, end_x), rows [y, end_y). */
+struct part {
+    uint32_t x, y, end_x, end_y;
+};
+
+static struct part part_at(const struct brick_image *image, uint32_t x, uint32_t y)
 {
-    end[0] = x + VR_CAST_TILE < image->width ? x + VR_CAST_TILE : image->width;
-    end[1] = y + VR_CAST_TILE < image->height ? y + VR_CAST_TILE : image->height;
+    return (struct part){x, y, x + VR_CAST_TILE < image->width ? x + VR_CAST_TILE : image->width,
+                         y + VR_CAST_TILE < image->height ? y + VR_CAST_TILE : image->height};
 }
 
-void vr_cast_tile_clear(const struct vr_cast_frame *frame, uint32_t x, uint32_t y)
+static void clear(struct brick_image *image, struct part p)
 {
-    const struct brick_image *image = frame->image;
-    uint32_t end[2];
-    tile_end(image, x, y, end);
-    for (; y < end[1]; y++) {
+    for (uint32_t y = p.y; y < p.end_y; y++) {
         float *row = image->rgba + 4 * (size_t)y * image->width;
-        memset(row + 4 * x, 0, 4 * (end[0] - x) * sizeof *row);
+        memset(row + 4 * p.x, 0, 4 * (p.end_x - p.x) * sizeof *row);
     }
 }
 
-static void start(struct vr_cast_tile *t, const struct vr_cast_frame *frame, uint32_t x0, uint32_t y0)
+static void meet_meshes(struct vr_cast_tile *t, const struct vr_mesh_view *meshes, struct part p)
 {
-    uint32_t end[2];
-    tile_end(frame->image, x0, y0, end);
+    uint32_t i = 0;
+    for (uint32_t y = p.y; y < p.end_y; y++)
+        for (uint32_t x = p.x; x < p.end_x; x++, i++)
+            t->mesh_mm[i] = vr_mesh_view_pixel(meshes, x, y, t->mesh_rgb[i]);
+}
+
+/* Meshes behind what is there. */
+static void add_meshes(const struct vr_cast_tile *t, struct brick_image *image, struct part p)
+{
+    uint32_t i = 0;
+    for (uint32_t y = p.y; y < p.end_y; y++)
+        for (uint32_t x = p.x; x < p.end_x; x++, i++) {
+            float *rgba = image->rgba + 4 * ((size_t)y * image->width + x);
+            const float rest = 1.0f - rgba[3];
+            for (int c = 0; c < 3 && t->mesh_mm[i] < INFINITY; c++)
+                rgba[c] += rest * (float)t->mesh_rgb[i][c];
+            rgba[3] += t->mesh_mm[i] < INFINITY ? rest : 0.0f;
+        }
+}
+
+static void start(struct vr_cast_tile *t, const struct vr_cast_frame *frame, struct part p)
+{
+    const bool meshes = frame->meshes->any;
+    uint32_t i = 0;
     t->count = t->waiting = 0;
-    for (uint32_t y = y0; y < end[1]; y++)
-        for (uint32_t x = x0; x < end[0]; x++) {
+    for (uint32_t y = p.y; y < p.end_y; y++)
+        for (uint32_t x = p.x; x < p.end_x; x++, i++) {
             const uint32_t r = t->count;
             t->pixel[r] = (size_t)y * frame->image->width + x;
-            if (!vr_cast_ray_init(&frame->set, x, y, &t->rays.ray[r]))
+            if (!vr_cast_ray_init(&frame->set, x, y, meshes ? t->mesh_mm[i] : INFINITY, &t->rays.ray[r]))
                 continue;
             t->rays.state[r] = (struct vr_cast_state){0};
             t->rays.wait[r].k = 0;
@@ -134,12 +160,11 @@ static void finish(struct vr_cast_tile *t, const struct vr_cast_frame *frame)
     }
 }
 
-int vr_cast_tile_draw(struct vr_cast_tile *t, const struct vr_cast_frame *frame, uint32_t x, uint32_t y,
-                      uint64_t *samples, struct brick_error *err)
+/* All rays to their ends. */
+static int go(struct vr_cast_tile *t, const struct vr_cast_frame *frame, uint64_t *samples,
+              struct brick_error *err)
 {
     uint32_t through[VR_CAST_RAYS];
-    vr_cast_tile_clear(frame, x, y);
-    start(t, frame, x, y);
     while (t->waiting) {
         uint32_t nearest = 0, n = 0, stay = 0;
         for (uint32_t i = 1; i < t->waiting; i++)
@@ -163,6 +188,23 @@ int vr_cast_tile_draw(struct vr_cast_tile *t, const struct vr_cast_frame *frame,
                 await(t, through[i], stay++);
         t->waiting = stay;
     }
-    finish(t, frame);
     return BRICK_OK;
+}
+
+int vr_cast_tile_draw(struct vr_cast_tile *t, const struct vr_cast_frame *frame, uint32_t x, uint32_t y,
+                      bool shows, uint64_t *samples, struct brick_error *err)
+{
+    const struct part part = part_at(frame->image, x, y);
+    int code = BRICK_OK;
+    clear(frame->image, part);
+    if (frame->meshes->any)
+        meet_meshes(t, frame->meshes, part);
+    if (shows) {
+        start(t, frame, part);
+        code = go(t, frame, samples, err);
+        finish(t, frame);
+    }
+    if (frame->meshes->any)
+        add_meshes(t, frame->image, part);
+    return code;
 }

@@ -9,10 +9,9 @@ struct vr_cast_tile;
 struct vr_cast_tile *vr_cast_tile_create(const struct vr_cast_activity *activity);
 void vr_cast_tile_destroy(struct vr_cast_tile *tile);
 
-/* Of the tile whose first pixel is (x, y): empty it, */
-void vr_cast_tile_clear(const struct vr_cast_frame *frame, uint32_t x, uint32_t y);
-/* or draw it; *samples grows by those looked at. */
+/* Draw the tile whose first pixel is (x, y); shows: the volume may be seen in it. *samples grows by those
+ * looked at. */
 int vr_cast_tile_draw(struct vr_cast_tile *tile, const struct vr_cast_frame *frame, uint32_t x, uint32_t y,
-                      uint64_t *samples, struct brick_error *err);
+                      bool shows, uint64_t *samples, struct brick_error *err);
 
 #endif
