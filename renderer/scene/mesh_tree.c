@@ -12,6 +12,7 @@
 #include <stdlib.h>
 
 #include "scene.h"
+#include "vector.h"
 
 #define LEAF_TRIANGLES 4
 #define MAX_DEPTH      64 /* 2^64 triangles */
@@ -173,18 +174,6 @@ void vr_mesh_tree_destroy(struct vr_mesh_tree **tree)
     *tree = NULL;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 /* Where the ray enters the box, or infinity; wider by more than its rounding. */
 static double enter_box(const struct node *node, const struct brick_ray *ray, double t_max)
 {
@@ -237,8 +226,8 @@ static bool meet(const struct vr_mesh_tree *tree, const struct ref *ref, const s
         to_b[i] = at[1][i] - at[0][i];
         to_c[i] = at[2][i] - at[0][i];
     }
-    cross(to_b, to_c, n);
-    double along = dot(n, ray->direction), area = dot(n, n), t = dot(n, at[0]) / along;
+    vr_cross(to_b, to_c, n);
+    double along = vr_dot(n, ray->direction), area = vr_dot(n, n), t = vr_dot(n, at[0]) / along;
     if (along == 0.0 || !(area > 0.0) || !(t >= 0.0 && t < *t_mm))
         return false;
     for (int i = 0; i < 3; i++) {
@@ -246,10 +235,10 @@ static bool meet(const struct vr_mesh_tree *tree, const struct ref *ref, const s
         normal[i] = n[i];
     }
     *t_mm = t;
-    cross(p, to_c, side);
-    weight[0] = dot(side, n) / area;
-    cross(to_b, p, side);
-    weight[1] = dot(side, n) / area;
+    vr_cross(p, to_c, side);
+    weight[0] = vr_dot(side, n) / area;
+    vr_cross(to_b, p, side);
+    weight[1] = vr_dot(side, n) / area;
     return true;
 }
 
@@ -307,7 +296,7 @@ static void shade(const struct vr_mesh_view *view, const double direction[3], co
         largest = fmax(largest, fabs(hit->normal[i]));
     for (int i = 0; i < 3; i++)
         n[i] = hit->normal[i] / largest;
-    const double facing = fmin(fabs(dot(n, direction)) / sqrt(dot(n, n)), 1.0);
+    const double facing = fmin(fabs(vr_dot(n, direction)) / sqrt(vr_dot(n, n)), 1.0);
     const double highlight = facing > 0.0 ? view->specular * pow(facing, view->shininess) : 0.0;
     for (int c = 0; c < 3; c++)
         rgb[c] = hit->rgb[c] * (view->ambient + view->diffuse * facing) + highlight;

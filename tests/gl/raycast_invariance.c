@@ -396,13 +396,8 @@ static void test_far(void **state)
         brick_image_finish(&images[0]);
         brick_image_finish(&images[1]);
     }
-    const bool none = !gl;
-    vr_renderer_destroy(&gl);
     vr_renderer_destroy(&cpu);
-    brick_volume_close(&volume);
-    brick_transfer_destroy(&transfer);
-    if (none)
-        skip();
+    end_or_skip(&gl, &transfer, &volume);
 }
 
 int main(void)

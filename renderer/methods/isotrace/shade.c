@@ -6,10 +6,7 @@
 
 #include <math.h>
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+#include "vector.h"
 
 static bool normalize(double v[3])
 {
@@ -18,7 +15,7 @@ static bool normalize(double v[3])
         return false;
     for (int i = 0; i < 3; i++)
         v[i] /= largest;
-    double length = sqrt(dot(v, v));
+    double length = sqrt(vr_dot(v, v));
     for (int i = 0; i < 3; i++)
         v[i] /= length;
     return true;
@@ -71,13 +68,13 @@ void vr_iso_shading_init(struct vr_iso_shading *s, const struct brick_grid *grid
         over_the_shoulder(&scene->camera, s->light);
     normalize(s->light);
     for (int i = 0; i < 3; i++)
-        s->light_direction[i] = dot(inverse[i], s->light);
+        s->light_direction[i] = vr_dot(inverse[i], s->light);
 }
 
 void vr_iso_normal(const struct vr_iso_shading *s, const double gradient[3], double normal[3])
 {
     for (int i = 0; i < 3; i++)
-        normal[i] = dot(s->normal[i], gradient);
+        normal[i] = vr_dot(s->normal[i], gradient);
 }
 
 /* The normal made a unit and turned to the eye, and its cosine with the light. False: there is none, or it
@@ -86,10 +83,10 @@ static bool facing_light(const struct vr_iso_shading *s, const double view[3], d
 {
     if (!normalize(n))
         return false;
-    double side = dot(n, view) > 0.0 ? -1.0 : 1.0;
+    double side = vr_dot(n, view) > 0.0 ? -1.0 : 1.0;
     for (int i = 0; i < 3; i++)
         n[i] *= side;
-    *diffuse = s->headlight ? -dot(n, view) : dot(n, s->light);
+    *diffuse = s->headlight ? -vr_dot(n, view) : vr_dot(n, s->light);
     *diffuse = fmax(0.0, fmin(*diffuse, 1.0));
     return *diffuse > 0.0;
 }
@@ -109,7 +106,7 @@ static double power(double x, double n)
 static void view_of(const struct vr_iso_shading *s, const struct brick_ray *ray, double view[3])
 {
     for (int i = 0; i < 3; i++)
-        view[i] = dot(s->linear[i], ray->direction);
+        view[i] = vr_dot(s->linear[i], ray->direction);
 }
 
 bool vr_iso_to_light(const struct vr_iso_shading *s, const struct vr_iso_point *point,
@@ -122,7 +119,8 @@ bool vr_iso_to_light(const struct vr_iso_shading *s, const struct vr_iso_point *
     for (int i = 0; i < 3; i++)
         at[i] = point->ray->origin[i] + point->t * point->ray->direction[i];
     for (int i = 0; i < 3; i++) {
-        world->origin[i] = dot(s->linear[i], at) + s->grid->affine[i][3] + s->shadow_start_mm * s->light[i];
+        world->origin[i] =
+            vr_dot(s->linear[i], at) + s->grid->affine[i][3] + s->shadow_start_mm * s->light[i];
         world->direction[i] = s->light[i];
     }
     return true;
@@ -151,7 +149,7 @@ static void shade_point(const struct vr_iso_shading *s, const double view[3], co
         if (!s->headlight) {
             for (int i = 0; i < 3; i++)
                 half[i] = s->light[i] - view[i];
-            highlight = normalize(half) ? fmax(0.0, fmin(dot(n, half), 1.0)) : 0.0;
+            highlight = normalize(half) ? fmax(0.0, fmin(vr_dot(n, half), 1.0)) : 0.0;
         }
         if (highlight > 0.0 && s->specular > 0.0)
             shine = s->specular * power(highlight, s->shininess);
