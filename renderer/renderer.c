@@ -77,8 +77,8 @@ static int check_scene(const struct vr_renderer *r, const struct vr_scene *scene
     if (scene->mode == BRICK_MODE_ISO && !isfinite(scene->isovalue))
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the isovalue is not finite");
     if (scene->level >= grid->levels)
-        return brick_fail(err, BRICK_ERR_ARGUMENT, "level %u does not exist; the volume has %u", scene->level,
-                          grid->levels);
+        return brick_fail(err, BRICK_ERR_ARGUMENT, "there is no level %u; the last is %u", scene->level,
+                          grid->levels - 1);
     if (quality->distances && (scene->mode != BRICK_MODE_ISO || scene->mesh_count))
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "distances are of isosurfaces, without meshes");
     if (!(quality->step_vox > 0.0 && quality->step_vox <= 0x1p30))
