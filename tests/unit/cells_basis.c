@@ -298,7 +298,7 @@ static void test_walk(void **state)
                  bricks = grid.level[0].bricks[0] * grid.level[0].bricks[1] * grid.level[0].bricks[2];
         uint32_t *visited = calloc((n[0] + 1) * (n[1] + 1) * (n[2] + 1), sizeof *visited), turn = 0;
         for (uint64_t b = 0; b < bricks; b++) {
-            struct vr_cell_walk walk = {.descend = {true, false, true}, .visible = everything};
+            struct vr_cell_walk walk = {.eye = {-INFINITY, INFINITY, -INFINITY}, .visible = everything};
             struct brick_place place;
             brick_grid_place(&grid, b, &place);
             vr_cell_walk_init(&walk, &grid, &place);
