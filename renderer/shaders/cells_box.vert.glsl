@@ -17,12 +17,7 @@ void main()
     dvec3 low = max(dvec3(cell), dvec3(-0.5LF)) - eye, high = min(dvec3(cell + 1), dvec3(level_last) + 0.5LF) - eye;
     dvec3 far = dvec3(greaterThan(to_depth, dvec3(0.0LF)));
     dvec3 more = dvec3(wider * float(max(dot(to_depth, mix(low, high, far)), 0.0LF)));
-    low -= more;
-    high += more;
-    /* Where the eye is inside or so near that a corner's place is not known to a part of a pixel, the box is a voxel larger:
-     * then it is well inside, and sees nothing but the box. */
-    dvec3 around = dvec3(all(lessThan(low, dvec3(0.5LF))) && all(greaterThan(high, dvec3(-0.5LF))));
-    dvec3 p = mix(low - around, high + around, dvec3(gl_VertexID & 1, gl_VertexID >> 1 & 1, gl_VertexID >> 2 & 1));
+    dvec3 p = mix(low - more, high + more, dvec3(gl_VertexID & 1, gl_VertexID >> 1 & 1, gl_VertexID >> 2 & 1));
     /* Depth 0 of clip space is between any near and far plane: all ahead of the eye stays. */
     gl_Position = vec4(float(dot(to_x, p)), float(dot(to_y, p)), 0.0, float(dot(to_depth, p)));
 }
