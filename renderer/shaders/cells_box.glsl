@@ -68,17 +68,19 @@ void main()
         from = h0[i] > 0.0 ? (h1[i] < 0.0 ? h0[i] / (h0[i] - h1[i]) : 1.0) : from;
         to = h1[i] > 0.0 && h0[i] < 0.0 ? h0[i] / (h0[i] - h1[i]) : to;
     }
-    float ends[4] = float[4](0.0, from, max(from, to), 1.0);
-    for (int i = 0; i < 3; i++) {
-        float a = ends[i], b = ends[i + 1];
-        if (!(b > a))
-            continue;
-        vec4 ha = mix(h0, h1, a), hb = mix(h0, h1, b);
-        vec4 vertex = mix(middle, corner, greaterThan(ha + hb, vec4(0.0)));
+    to = max(from, to);
+    float a = 0.0, fa = f0 + dot(rise, max(h0, 0.0));
+    vec4 ha = h0;
+    int end = from < 1.0 ? to < 1.0 ? 3 : 2 : 1;
+    for (int i = from > 0.0 ? 0 : 1; i < end; i++) {
+        float b = i == 0 ? from : i == 1 ? to : 1.0;
+        vec4 hb = mix(h0, h1, b), vertex = mix(middle, corner, greaterThan(ha + hb, vec4(0.0)));
+        float fb = mix(f0, f1, b) + dot(rise, max(hb, 0.0));
         float least = min(min(vertex.x, vertex.y), min(vertex.z, vertex.w));
         float most = max(max(vertex.x, vertex.y), max(vertex.z, vertex.w));
-        float front = clamp(mix(f0, f1, a) + dot(rise, max(ha, 0.0)), least, most);
-        float back = clamp(mix(f0, f1, b) + dot(rise, max(hb, 0.0)), least, most);
-        colour += (1.0 - colour.a) * integrate(front, back, (b - a) * way);
+        colour += (1.0 - colour.a) * integrate(clamp(fa, least, most), clamp(fb, least, most), (b - a) * way);
+        a = b;
+        fa = fb;
+        ha = hb;
     }
 }
