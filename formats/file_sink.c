@@ -2,7 +2,6 @@
  * renames, the data before the header that points to it. */
 #include "file_sink.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -13,55 +12,25 @@
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "big-endian hosts need a byte swap before writing");
 
-struct part {
-    struct brick_io io; /* PATH.part while it exists */
-    char *path;         /* the final name, owned */
-};
-
 struct file_sink {
     struct brick_sink base;
-    struct part data, side; /* side.path is NULL without a second file */
-    uint64_t offset;        /* where the next slice goes */
+    struct brick_part data, side; /* side.path is NULL without a second file */
+    uint64_t offset;              /* where the next slice goes */
     uint64_t slice_bytes;
     uint64_t next, slices;
 };
 
-/* Remove what is not finished. */
-static void part_discard(struct part *part)
+static int part_create(struct brick_part *part, const char *path, const char *text, struct brick_error *err)
 {
-    if (part->io.fd >= 0)
-        unlink(part->io.path);
-    brick_io_close(&part->io);
-    free(part->path);
-    part->path = NULL;
-}
-
-static int part_create(struct part *part, const char *path, const char *text, struct brick_error *err)
-{
-    char *name = NULL;
-    part->path = strdup(path);
-    if (!part->path || asprintf(&name, "%s.part", path) < 0)
-        return brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", path);
-    int code = brick_io_create(&part->io, name, err);
-    free(name);
+    int code = brick_part_create(part, path, err);
     return code || !text ? code : brick_io_write_at(&part->io, 0, text, strlen(text), err);
-}
-
-static int part_publish(struct part *part, struct brick_error *err)
-{
-    int code = brick_io_sync(&part->io, err);
-    if (!code)
-        code = brick_io_rename(part->io.path, part->path, err);
-    if (!code)
-        brick_io_close(&part->io);
-    return code;
 }
 
 static void destroy(struct brick_sink *base)
 {
     struct file_sink *s = (struct file_sink *)base;
-    part_discard(&s->data);
-    part_discard(&s->side);
+    brick_part_discard(&s->data);
+    brick_part_discard(&s->side);
     free(s);
 }
 
@@ -86,10 +55,10 @@ static int finish(struct brick_sink *base, struct brick_error *err)
     if (s->next != s->slices)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%s: %llu of %llu slices were written", s->data.path,
                           (unsigned long long)s->next, (unsigned long long)s->slices);
-    int code = part_publish(&s->data, err);
+    int code = brick_part_publish(&s->data, err);
     if (code || !s->side.path)
         return code;
-    code = part_publish(&s->side, err);
+    code = brick_part_publish(&s->side, err);
     if (code)
         unlink(s->data.path); /* nobody points to it */
     return code;

@@ -114,8 +114,25 @@ static exr_result_t write_header(exr_context_t context, const struct brick_image
     return code ? code : exr_write_header(context);
 }
 
+/* The library's own step; a struct since a pointer to data cannot be one to a function. */
+struct squeeze {
+    exr_result_t (*library)(exr_encode_pipeline_t *encoder);
+};
+
+/* Readers take a chunk of as many bytes as its pixels for the pixels themselves. The library stores them so
+ * where compression makes more of them, but not (in 3.1) where it makes just as many. */
+static exr_result_t compress(exr_encode_pipeline_t *encoder)
+{
+    const struct squeeze *squeeze = encoder->encoding_user_data;
+    const exr_result_t code = squeeze->library(encoder);
+    if (!code && encoder->compressed_bytes == encoder->packed_bytes)
+        memmove(encoder->compressed_buffer, encoder->packed_buffer, encoder->packed_bytes);
+    return code;
+}
+
 static exr_result_t write_chunks(exr_context_t context, const struct brick_image *image)
 {
+    struct squeeze squeeze;
     exr_encode_pipeline_t encoder = EXR_ENCODE_PIPELINE_INITIALIZER;
     exr_chunk_info_t chunk;
     int32_t lines = 0;
@@ -135,8 +152,13 @@ static exr_result_t write_chunks(exr_context_t context, const struct brick_image
             channel->user_line_stride = (int32_t)(image->width * 4 * sizeof(float));
             channel->encode_from_ptr = channel_at(image, y, (unsigned)channel_index(channel->channel_name));
         }
-        if (y == 0 && (code = exr_encoding_choose_default_routines(context, 0, &encoder)))
-            break;
+        if (y == 0) {
+            if ((code = exr_encoding_choose_default_routines(context, 0, &encoder)))
+                break;
+            squeeze.library = encoder.compress_fn;
+            encoder.compress_fn = compress;
+            encoder.encoding_user_data = &squeeze;
+        }
         code = exr_encoding_run(context, 0, &encoder);
     }
     exr_encoding_destroy(context, &encoder);

@@ -3,7 +3,6 @@
 #include <errno.h>
 #include <limits.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -90,9 +89,7 @@ int fmt_image_write(const char *path, const struct brick_image *image, const str
                     struct brick_error *err)
 {
     const struct image_format *format;
-    struct brick_io io = BRICK_IO_CLOSED;
-    char *part = NULL;
-    bool created = false;
+    struct brick_part part = {BRICK_IO_CLOSED, NULL};
     int result = fmt_image_check_path(path, err);
     if (result || (result = find_format(&format, path, err)))
         return result;
@@ -104,23 +101,10 @@ int fmt_image_write(const char *path, const struct brick_image *image, const str
     for (int i = 0; i < 3; i++)
         if (!isfinite(params->background[i]))
             return brick_fail(err, BRICK_ERR_ARGUMENT, "%s: the background is not finite", path);
-    if (asprintf(&part, "%s.part", path) < 0) {
-        part = NULL;
-        result = brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", path);
-        goto fail;
-    }
-    if ((result = brick_io_create(&io, part, err)))
-        goto fail;
-    created = true;
-    if ((result = format->write(&io, image, params, err)) || (result = brick_io_sync(&io, err)) ||
-        (result = brick_io_rename(part, path, err)))
-        goto fail;
-    created = false;
-fail:
-    if (created)
-        unlink(part);
-    brick_io_close(&io);
-    free(part);
+    if (!(result = brick_part_create(&part, path, err)) &&
+        !(result = format->write(&part.io, image, params, err)))
+        result = brick_part_publish(&part, err);
+    brick_part_discard(&part);
     return result;
 }
 

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench_view.h"
 #include "figure.h"
 #include "message.h"
-#include "options.h"
 #include "transfer.h"
 
 #define COMMAND "bench accuracy"
@@ -21,8 +21,8 @@ static const char *const modes[] = {"dvr", "shaded", NULL};
 
 struct request {
     const char *tf, *folder;
-    uint32_t size[2], frames;
-    double orbit[2], ortho;
+    uint32_t frames;
+    struct bench_view view;
     struct tool_reals steps;
     struct vr_renderer_params renderer;
     int mode;
@@ -219,7 +219,8 @@ static int list_rows(struct bench *b, struct brick_error *err)
 
 static int run(const struct request *request, const char *path, struct brick_error *err)
 {
-    struct bench b = {.request = request, .scene = vr_scene_defaults};
+    struct bench b = {.request = request};
+    struct bench_view view = request->view;
     struct brick_volume *volume = NULL;
     struct brick_transfer *transfer = NULL;
     bool drawn = false;
@@ -233,18 +234,11 @@ static int run(const struct request *request, const char *path, struct brick_err
     if (code)
         goto done;
     b.volume = volume;
+    if (!(view.ortho_mm > 0.0))
+        view.ortho_mm = bench_view_diagonal_mm(volume);
+    bench_view_scene(&view, volume, &b.scene);
     b.scene.mode = (enum brick_mode)request->mode;
     b.scene.transfer = transfer;
-    b.scene.width = request->size[0];
-    b.scene.height = request->size[1];
-    double spacing[3], diagonal = 0.0;
-    const struct brick_grid *grid = brick_volume_grid(volume);
-    brick_grid_spacing_mm(grid, spacing);
-    for (int a = 0; a < 3; a++)
-        diagonal = hypot(diagonal, spacing[a] * (double)grid->dims[a]);
-    brick_camera_orbit(&b.scene.camera, grid, request->orbit[0], request->orbit[1], 0,
-                       request->ortho > 0.0 ? request->ortho : diagonal,
-                       (double)b.scene.width / b.scene.height);
     list_variants(&b);
     if ((code = list_rows(&b, err)) || (code = measure(&b, err)))
         goto done;
@@ -271,29 +265,24 @@ done:
 int bench_accuracy(int argc, char **argv)
 {
     struct request r = {
-        .size = {256, 256},
+        .view = {.size = {256, 256}, .orbit = {20, 10}},
         .frames = 3,
-        .orbit = {20, 10},
         .steps = {.count = 4, .value = {2, 1, 0.5, 0.25}},
         .renderer = vr_renderer_defaults,
     };
     int first = 0;
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "DIR", .parse = tool_parse_text, .target = &r.folder,
-         .help = "folder for accuracy.csv, accuracy.svg and accuracy.png"},
-        {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
-         .help = "transfer function (default gray)"},
+         .required = true, .help = "folder for accuracy.csv, accuracy.svg and accuracy.png"},
+        {BENCH_TF, .target = &r.tf},
         {"mode", .value = "MODE", .parse = tool_parse_choice, .target = &r.mode, .limits = {.choices = modes},
          .help = "dvr (default) or shaded"},
         {"steps", .value = "S,S,..", .parse = tool_parse_reals, .target = &r.steps,
          .help = "sampling distances in smallest voxel edges (default 2,1,0.5,0.25)"},
-        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.frames,
-         .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "frames to take the median of (default 3)"},
-        {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
-         .help = "pixels (default 256x256)"},
-        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
-         .help = "azimuth and elevation in degrees (default 20,10)"},
-        {"ortho", .value = "H", .parse = tool_parse_positive, .target = &r.ortho,
+        {BENCH_FRAMES("3"), .target = &r.frames},
+        {BENCH_SIZE(r.view, "256x256")},
+        {BENCH_CAMERA(r.view, "20,10")},
+        {"ortho", .value = "H", .parse = tool_parse_positive, .target = &r.view.ortho_mm,
          .help = "parallel projection, the picture's height in mm (default: fits the volume)"},
         TOOL_OPTION_THREADS(&r.renderer.threads),
     };
@@ -301,18 +290,13 @@ int bench_accuracy(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE -o DIR [OPTIONS]",
         .summary = "Speed against error of every method, at several steps, against the exact picture.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     struct brick_error err = {0};
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!r.folder)
-        return tool_misuse(COMMAND, "no output: -o DIR");
     for (uint32_t i = 0; i < r.steps.count; i++)
         if (!(r.steps.value[i] > 0.0) || !isfinite(r.steps.value[i]))
             return tool_misuse(COMMAND, "--steps: %g is not above 0", r.steps.value[i]);

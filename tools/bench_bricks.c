@@ -6,12 +6,10 @@
 
 #include <brick/threads.h>
 #include <formats/formats.h>
-#include <renderer/renderer.h>
 
-#include "bench.h"
+#include "bench_view.h"
 #include "building.h"
 #include "message.h"
-#include "options.h"
 #include "transfer.h"
 
 #define COMMAND "bench bricks"
@@ -23,11 +21,10 @@ struct request {
     struct fmt_source_params in;
     const char *source, *folder;
     struct tool_list tf;
-    struct vr_scene scene;
+    struct bench_view view;
     struct vr_quality quality;
     struct vr_renderer_params renderer;
-    uint32_t size[2], repeat;
-    double orbit[2];
+    uint32_t repeat;
 };
 
 /* Of one edge and one transfer function. */
@@ -59,15 +56,12 @@ static int convert(const struct request *r, uint32_t edge, const char *path, str
 static int look_at(const struct request *r, const struct brick_volume *volume, const char *tf,
                    struct look *look, uint32_t turn, struct brick_error *err)
 {
-    struct vr_scene scene = r->scene;
+    struct vr_scene scene;
     struct vr_renderer *renderer = NULL;
     struct brick_transfer *transfer = NULL;
     struct brick_image image = {0};
     struct vr_report report;
-    scene.width = r->size[0];
-    scene.height = r->size[1];
-    brick_camera_orbit(&scene.camera, brick_volume_grid(volume), r->orbit[0], r->orbit[1], 0, 0,
-                       (double)scene.width / scene.height);
+    bench_view_scene(&r->view, volume, &scene);
     int code = tool_transfer_load(&transfer, tf, volume, err);
     scene.transfer = transfer;
     if (!code)
@@ -108,8 +102,8 @@ static int measure(const struct request *r, struct result *results, struct brick
 
 static void print_text(const struct request *r, struct result *results)
 {
-    printf("%ux%u, step %g, %u turns, border %u\n", r->size[0], r->size[1], r->quality.step_vox, r->repeat,
-           brick_build_defaults.border);
+    printf("%ux%u, step %g, %u turns, border %u\n", r->view.size[0], r->view.size[1], r->quality.step_vox,
+           r->repeat, brick_build_defaults.border);
     printf("%-6s%10s%12s", "edge", "convert s", "file MB");
     for (size_t t = 0; t < r->tf.count; t++)
         printf("   %-10.10s%8s%9s%9s", r->tf.item[t], "read MB", "first s", "frame s");
@@ -137,12 +131,10 @@ int bench_bricks(int argc, char **argv)
     struct request r = {
         .in = fmt_source_defaults,
         .folder = ".",
-        .scene = vr_scene_defaults,
         .quality = vr_quality_defaults,
         .renderer = vr_renderer_defaults,
-        .size = {512, 512},
+        .view = {.size = {512, 512}, .orbit = {20, 10}},
         .repeat = 3,
-        .orbit = {20, 10},
     };
     static const char *const usual[] = {"ct-bone", "ct-skin", "gray"};
     bool has_size = false, has_type = false;
@@ -155,27 +147,22 @@ int bench_bricks(int argc, char **argv)
          .help = "raw: u8 i8 u16 i16 u32 i32 f32 f64"},
         {"tf", .value = "NAME|FILE", .parse = tool_parse_list, .target = &r.tf,
          .help = "transfer functions, one each time (default ct-bone, ct-skin and gray)"},
-        {"picture", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
+        {"picture", .value = "WxH", .parse = tool_parse_picture, .target = r.view.size,
          .help = "pixels (default 512x512)"},
-        {"step", .value = "S", .parse = tool_parse_positive, .target = &r.quality.step_vox,
-         .help = "sampling distance in smallest voxel edges (default 1)"},
+        {BENCH_STEP("1"), .target = &r.quality.step_vox},
         {"repeat", .value = "N", .parse = tool_parse_u32, .target = &r.repeat,
          .limits = {.min = 1, .max = REPEAT_MAX}, .help = "turns to take the median of (default 3)"},
         {"folder", .value = "DIR", .parse = tool_parse_text, .target = &r.folder,
          .help = "where the .brick files go, removed again (default .)"},
-        {"gpu-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.gpu_cache_bytes,
-         .help = "bytes of bricks in the GPU's memory"},
+        {BENCH_GPU_CACHE, .target = &r.renderer.gpu_cache_bytes},
     };
     const struct tool_usage usage = {
         .command = COMMAND,
         .arguments = "SRC [OPTIONS]",
         .summary =
             "What the brick's edge costs: conversion, bytes on disk, bytes read and seconds for pictures.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one SRC",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one SRC"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

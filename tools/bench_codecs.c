@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include <brick/threads.h>
 #include <brick/volume.h>
 #include <cjson/cJSON.h>
 
@@ -125,29 +125,22 @@ static int encode(const struct bench *b, const struct row *row, struct sample *s
     return code;
 }
 
-static double core_seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static int run_row(const struct bench *b, struct row *row, uint32_t turn, struct brick_error *err)
 {
     int code = 0;
     row->encoded_bytes = 0;
-    double start = core_seconds();
+    const uint64_t start = brick_thread_ns();
     for (size_t i = 0; i < b->count && !code; i++) {
         code = encode(b, row, &b->samples[i], err);
         row->encoded_bytes += b->samples[i].encoded_bytes;
     }
-    double middle = core_seconds();
+    const uint64_t middle = brick_thread_ns();
     for (size_t i = 0; i < b->count && !code; i++) {
         const struct sample *s = &b->samples[i];
         code = brick_codec_decode(s->codec, &s->shape, s->encoded, s->encoded_bytes, b->scratch, err);
     }
-    row->encode_s[turn] = middle - start;
-    row->decode_s[turn] = core_seconds() - middle;
+    row->encode_s[turn] = 1e-9 * (double)(middle - start);
+    row->decode_s[turn] = 1e-9 * (double)(brick_thread_ns() - middle);
     return code;
 }
 
@@ -237,11 +230,8 @@ int bench_codecs(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE... [OPTIONS]",
         .summary = "Every codec and level on the bricks of .brick files: ratio, speed of one thread.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1000,
-        .positional = "a FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1000, "a FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

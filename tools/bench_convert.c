@@ -170,11 +170,8 @@ int bench_convert(int argc, char **argv)
         .command = COMMAND,
         .arguments = "SRC [OPTIONS]",
         .summary = "Conversion of a file against a plain copy of it, both synced.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one SRC",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one SRC"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -7,21 +7,20 @@
 #include <time.h>
 
 #include <cjson/cJSON.h>
-#include <renderer/renderer.h>
 
-#include "bench.h"
+#include "bench_view.h"
 #include "message.h"
-#include "options.h"
 #include "transfer.h"
 
 #define COMMAND "bench features"
 
 struct request {
     const char *tf;
-    uint32_t size[2], frames;
-    double orbit[2], iso, step;
+    uint32_t frames;
+    double step;
+    struct bench_view view;
     struct vr_renderer_params renderer;
-    bool has_iso, json;
+    bool json;
 };
 
 /* Sixteen variants of a mode at most. */
@@ -127,17 +126,11 @@ static int run(const struct request *request, const struct brick_volume *volume,
                struct brick_error *err)
 {
     static const char *const modes[] = {"dvr", "shaded", "iso"};
-    struct vr_scene scene = vr_scene_defaults;
+    struct vr_scene scene;
     struct brick_transfer *transfer = NULL;
     struct vr_renderer *renderer = NULL;
     struct row *rows = calloc(ROWS_MAX, sizeof *rows);
-    double range[2];
-    scene.width = request->size[0];
-    scene.height = request->size[1];
-    brick_volume_value_range(volume, range);
-    scene.isovalue = request->has_iso ? request->iso : (range[0] + range[1]) / 2;
-    brick_camera_orbit(&scene.camera, brick_volume_grid(volume), request->orbit[0], request->orbit[1], 0, 0,
-                       (double)scene.width / scene.height);
+    bench_view_scene(&request->view, volume, &scene);
     int code = rows ? tool_transfer_load(&transfer, request->tf, volume, err)
                     : brick_fail(err, BRICK_ERR_MEMORY, "no memory for the table");
     if (!code)
@@ -159,23 +152,18 @@ static int run(const struct request *request, const struct brick_volume *volume,
 
 int bench_features(int argc, char **argv)
 {
-    struct request r = {.size = {512, 512}, .frames = 7, .step = 0.5, .renderer = vr_renderer_defaults};
+    struct request r = {
+        .view = {.size = {512, 512}}, .frames = 7, .step = 0.5, .renderer = vr_renderer_defaults};
     int first = 0;
     const struct tool_option options[] = {
         {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.frames,
          .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "turns to take the median of (default 7)"},
-        {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
-         .help = "transfer function (default gray)"},
-        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.iso, .given = &r.has_iso,
-         .help = "isovalue (default the middle of the range)"},
-        {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
-         .help = "pixels (default 512x512)"},
-        {"step", .value = "S", .parse = tool_parse_positive, .target = &r.step,
-         .help = "sampling distance in smallest voxel edges (default 0.5)"},
-        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
-         .help = "azimuth and elevation in degrees (default 0,0)"},
-        {"gpu-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.gpu_cache_bytes,
-         .help = "bytes of bricks in the GPU's memory"},
+        {BENCH_TF, .target = &r.tf},
+        {BENCH_ISO(r.view)},
+        {BENCH_SIZE(r.view, "512x512")},
+        {BENCH_STEP("0.5"), .target = &r.step},
+        {BENCH_CAMERA(r.view, "0,0")},
+        {BENCH_GPU_CACHE, .target = &r.renderer.gpu_cache_bytes},
         TOOL_OPTION_THREADS(&r.renderer.threads),
         TOOL_OPTION_JSON(&r.json),
     };
@@ -184,11 +172,8 @@ int bench_features(int argc, char **argv)
         .arguments = "FILE [OPTIONS]",
         .summary = "What features of the raycaster cost, and multipass: processor seconds a frame, and\n"
                    "ratios to the plain picture, in turns.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -5,21 +5,17 @@
 #include <stdlib.h>
 
 #include <cjson/cJSON.h>
-#include <renderer/renderer.h>
 
-#include "bench.h"
+#include "bench_view.h"
 #include "message.h"
-#include "options.h"
 
 #define COMMAND "bench hits"
 
 struct request {
-    uint32_t size[2];
-    double orbit[2];
+    struct bench_view view;
     struct tool_reals steps;
-    struct vr_scene scene;
     struct vr_renderer_params renderer;
-    bool has_iso, json;
+    bool json;
 };
 
 static const struct {
@@ -69,21 +65,14 @@ static int measure(const struct request *request, const struct brick_volume *vol
                    struct brick_error *err)
 {
     const struct brick_grid *grid = brick_volume_grid(volume);
-    struct vr_scene scene = request->scene;
+    struct vr_scene scene;
     struct vr_exact_params exact = vr_exact_defaults;
     struct vr_quality quality = vr_quality_defaults;
     struct vr_renderer *renderer = NULL;
     struct brick_image image = {0};
-    double range[2];
     size_t n = 0;
+    bench_view_scene(&request->view, volume, &scene);
     scene.mode = BRICK_MODE_ISO;
-    scene.width = request->size[0];
-    scene.height = request->size[1];
-    brick_volume_value_range(volume, range);
-    if (!request->has_iso)
-        scene.isovalue = (range[0] + range[1]) / 2;
-    brick_camera_orbit(&scene.camera, grid, request->orbit[0], request->orbit[1], 0, 0,
-                       (double)scene.width / scene.height);
     quality.distances = true;
     exact.threads = request->renderer.threads;
     exact.host_cache_bytes = request->renderer.host_cache_bytes;
@@ -141,22 +130,18 @@ static int print(const struct row *rows, size_t count, bool as_json)
 int bench_hits(int argc, char **argv)
 {
     struct request r = {
-        .size = {256, 256},
+        .view = {.size = {256, 256}},
         .steps = {.value = {0.5, 1.0, 2.0, 5.0}, .count = 4},
-        .scene = vr_scene_defaults,
         .renderer = vr_renderer_defaults,
     };
     int first = 0;
     const struct tool_option options[] = {
-        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.scene.isovalue, .given = &r.has_iso,
-         .help = "isovalue (default the middle of the range)"},
+        {BENCH_ISO(r.view)},
         {"steps", .value = "S[,S...]", .parse = tool_parse_reals, .target = &r.steps,
          .limits = {.min = 0.001, .max = 1000},
          .help = "sampling distances in smallest voxel edges (default\n0.5,1,2,5)"},
-        {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
-         .help = "pixels (default 256x256)"},
-        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
-         .help = "azimuth and elevation in degrees (default 0,0)"},
+        {BENCH_SIZE(r.view, "256x256")},
+        {BENCH_CAMERA(r.view, "0,0")},
         TOOL_OPTION_THREADS(&r.renderer.threads),
         TOOL_OPTION_JSON(&r.json),
     };
@@ -164,11 +149,8 @@ int bench_hits(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE [OPTIONS]",
         .summary = "Isosurface hits of the raycaster against exact ones, by step and refinement.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -6,21 +6,18 @@
 
 #include <brick/threads.h>
 #include <cjson/cJSON.h>
-#include <renderer/renderer.h>
 
-#include "bench.h"
 #include "bench_isotrace.h"
+#include "bench_view.h"
 #include "message.h"
-#include "options.h"
 
 #define COMMAND     "bench isotrace"
 #define SAMPLES_MIN 1000
 
 struct request {
-    double iso, orbit[2];
-    uint32_t size[2];
+    struct bench_view view;
     struct bench_isotrace bench;
-    bool has_iso, json;
+    bool json;
 };
 
 static const struct {
@@ -150,7 +147,7 @@ static void print_text(const struct request *r)
 {
     const struct bench_isotrace *s = &r->bench;
     const struct vr_iso_profile *p = &s->profile;
-    printf("%ux%u, iso %g, %u frames\n", r->size[0], r->size[1], r->iso, s->frames);
+    printf("%ux%u, iso %g, %u frames\n", r->view.size[0], r->view.size[1], r->view.iso, s->frames);
     printf("\n%-34s %9s\n", "share of a ray's time (table 1)", "%");
     printf("%-34s %9.1f\n", "traversal", bench_isotrace_share(p, p->traversal));
     printf("%-34s %9.1f\n", "intersection", bench_isotrace_share(p, p->intersection));
@@ -170,9 +167,9 @@ static int print_json(const struct request *r)
     const struct bench_isotrace *s = &r->bench;
     const struct vr_iso_profile *p = &s->profile;
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddNumberToObject(json, "width", r->size[0]);
-    cJSON_AddNumberToObject(json, "height", r->size[1]);
-    cJSON_AddNumberToObject(json, "iso", r->iso);
+    cJSON_AddNumberToObject(json, "width", r->view.size[0]);
+    cJSON_AddNumberToObject(json, "height", r->view.size[1]);
+    cJSON_AddNumberToObject(json, "iso", r->view.iso);
     cJSON_AddNumberToObject(json, "frames", s->frames);
     cJSON *shares = cJSON_AddObjectToObject(json, "share_percent");
     cJSON_AddNumberToObject(shares, "traversal", bench_isotrace_share(p, p->traversal));
@@ -187,18 +184,14 @@ static int print_json(const struct request *r)
 
 int bench_isotrace(int argc, char **argv)
 {
-    struct request r = {.size = {512, 512},
+    struct request r = {.view = {.size = {512, 512}},
                         .bench = {.frames = 5, .host_cache_bytes = vr_isotracer_defaults.host_cache_bytes}};
     int first = 0;
     const struct tool_option options[] = {
-        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.iso, .given = &r.has_iso,
-         .help = "isovalue (default the middle of the range)"},
-        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.bench.frames,
-         .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "frames to take the median of (default 5)"},
-        {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
-         .help = "pixels (default 512x512)"},
-        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
-         .help = "azimuth and elevation in degrees (default 0,0)"},
+        {BENCH_ISO(r.view)},
+        {BENCH_FRAMES("5"), .target = &r.bench.frames},
+        {BENCH_SIZE(r.view, "512x512")},
+        {BENCH_CAMERA(r.view, "0,0")},
         {"host-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.bench.host_cache_bytes,
          .help =
              "bytes of decoded bricks in memory; the orders other\nthan the file's need room for the volume"},
@@ -209,31 +202,21 @@ int bench_isotrace(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE [OPTIONS]",
         .summary = "Isosurfaces by ray tracing on the CPU: the tables of Parker et al. 1998 again.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
 
-    struct vr_scene scene = vr_scene_defaults;
+    struct vr_scene scene;
     struct brick_volume *volume = NULL;
     struct brick_error err = {0};
-    double range[2];
     code = brick_volume_open(&volume, argv[first], &err);
     if (!code) {
-        brick_volume_value_range(volume, range);
-        if (!r.has_iso)
-            r.iso = (range[0] + range[1]) / 2;
+        bench_view_scene(&r.view, volume, &scene);
         scene.mode = BRICK_MODE_ISO;
-        scene.isovalue = r.iso;
-        scene.width = r.size[0];
-        scene.height = r.size[1];
-        brick_camera_orbit(&scene.camera, brick_volume_grid(volume), r.orbit[0], r.orbit[1], 0, 0,
-                           (double)scene.width / scene.height);
+        r.view.iso = scene.isovalue;
         code = bench_isotrace_measure(&r.bench, volume, &scene, &err);
     }
     brick_volume_close(&volume);

@@ -10,12 +10,10 @@
 
 #include <cjson/cJSON.h>
 #include <formats/formats.h>
-#include <renderer/renderer.h>
 
-#include "bench.h"
+#include "bench_view.h"
 #include "figure.h"
 #include "message.h"
-#include "options.h"
 #include "peers/peer.h"
 #include "peers/peer_scene.h"
 #include "scripts.h"
@@ -57,12 +55,10 @@ static const char *const mode_names[MODES] = {"dvr", "shaded", "iso"};
 
 struct request {
     const char *tf, *folder, *python;
-    uint32_t size[2], frames;
-    double orbit[2];
-    struct vr_scene scene;
+    uint32_t frames;
+    struct bench_view view;
     struct vr_quality quality;
     struct vr_renderer_params renderer;
-    bool has_iso;
 };
 
 struct result {
@@ -293,10 +289,9 @@ static int run(const struct request *request, const char *path, struct brick_err
     struct brick_volume *volume = NULL;
     struct brick_transfer *transfer = NULL;
     struct bench *b = calloc(1, sizeof *b);
-    double range[2];
     if (!b)
         return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the results");
-    *b = (struct bench){.request = request, .scene = request->scene, .peer = {.to = -1, .from = -1}};
+    *b = (struct bench){.request = request, .peer = {.to = -1, .from = -1}};
     int code = tool_folder_make(request->folder, err);
     if (!code)
         code = brick_volume_open(&volume, path, err);
@@ -305,15 +300,11 @@ static int run(const struct request *request, const char *path, struct brick_err
     if (code)
         goto done;
     b->volume = volume;
+    bench_view_scene(&request->view, volume, &b->scene);
     b->scene.transfer = transfer;
-    b->scene.width = request->size[0];
-    b->scene.height = request->size[1];
-    brick_volume_value_range(volume, range);
-    if (!request->has_iso)
-        b->scene.isovalue = (range[0] + range[1]) / 2;
     for (uint32_t i = 0; i <= request->frames; i++)
-        brick_camera_orbit(&b->cameras[i], brick_volume_grid(volume), request->orbit[0] + 7.0 * i,
-                           request->orbit[1], 0, 0, (double)b->scene.width / b->scene.height);
+        brick_camera_orbit(&b->cameras[i], brick_volume_grid(volume), request->view.orbit[0] + 7.0 * i,
+                           request->view.orbit[1], 0, 0, (double)b->scene.width / b->scene.height);
     if ((code = measure(b, err)))
         goto done;
     printf("%ux%u, step %g, %u frames\n", b->scene.width, b->scene.height, request->quality.step_vox,
@@ -342,9 +333,8 @@ int bench_peers(int argc, char **argv)
 {
     struct request r = {
         .python = "/usr/bin/python3",
-        .size = {512, 512},
+        .view = {.size = {512, 512}},
         .frames = 5,
-        .scene = vr_scene_defaults,
         .quality = vr_quality_defaults,
         .renderer = vr_renderer_defaults,
     };
@@ -352,22 +342,18 @@ int bench_peers(int argc, char **argv)
     r.quality.step_vox = 1.0;
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "DIR", .parse = tool_parse_text, .target = &r.folder,
+         .required = true,
          .help =
              "folder for peers.csv and a picture of each way; the volume is there as a raw file meanwhile"},
-        {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
-         .help = "transfer function (default gray)"},
-        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.scene.isovalue, .given = &r.has_iso,
-         .help = "isovalue (default the middle of the range)"},
+        {BENCH_TF, .target = &r.tf},
+        {BENCH_ISO(r.view)},
         {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.frames,
          .limits = {.min = 1, .max = FRAMES_MAX}, .help = "frames to take the median of (default 5)"},
-        {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
-         .help = "pixels (default 512x512)"},
-        {"step", .value = "S", .parse = tool_parse_positive, .target = &r.quality.step_vox,
-         .help = "sampling distance in smallest voxel edges (default 1)"},
-        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
+        {BENCH_SIZE(r.view, "512x512")},
+        {BENCH_STEP("1"), .target = &r.quality.step_vox},
+        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.view.orbit,
          .help = "azimuth and elevation of the first frame in degrees (default 0,0)"},
-        {"gpu-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.gpu_cache_bytes,
-         .help = "bytes of bricks in the GPU's memory"},
+        {BENCH_GPU_CACHE, .target = &r.renderer.gpu_cache_bytes},
         {"python", .value = "PROGRAM", .parse = tool_parse_text, .target = &r.python,
          .help = "a Python that has VTK (default /usr/bin/python3)"},
         TOOL_OPTION_THREADS(&r.renderer.threads),
@@ -378,18 +364,13 @@ int bench_peers(int argc, char **argv)
         .summary =
             "The same frames by this program and by VTK, in turns, each held against the exact picture.\n"
             "Needs Debian's python3-vtk9, and xvfb where there is no display.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     struct brick_error err = {0};
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!r.folder)
-        return tool_misuse(COMMAND, "no output: -o DIR");
     code = run(&r, argv[first], &err);
     return code ? tool_fail(COMMAND, &err) : 0;
 }

@@ -8,11 +8,9 @@
 
 #include <brick/threads.h>
 #include <cjson/cJSON.h>
-#include <renderer/renderer.h>
 
-#include "bench.h"
+#include "bench_view.h"
 #include "message.h"
-#include "options.h"
 #include "transfer.h"
 
 #define COMMAND "bench render"
@@ -21,13 +19,12 @@
 
 struct request {
     const char *tf;
-    uint32_t size[2], frames;
-    double orbit[2];
-    struct vr_scene scene;
+    uint32_t frames;
+    struct bench_view view;
     struct vr_quality quality;
     struct vr_renderer_params renderer;
     int context, filter;
-    bool has_iso, json;
+    bool json;
 };
 
 struct result {
@@ -77,21 +74,14 @@ static int measure(struct vr_renderer *renderer, struct vr_isotracer *tracer, co
 static int measure_all(const struct request *request, const struct brick_volume *volume,
                        struct result results[ROWS], struct brick_error *err)
 {
-    struct vr_scene scene = request->scene;
+    struct vr_scene scene;
     struct brick_transfer *transfer = NULL;
     struct vr_renderer *renderer = NULL;
     struct vr_isotracer *tracer = NULL;
     const struct vr_isotracer_params cpu = {.host_cache_bytes = request->renderer.host_cache_bytes,
                                             .threads = request->renderer.threads};
-    double range[2];
 
-    scene.width = request->size[0];
-    scene.height = request->size[1];
-    brick_volume_value_range(volume, range);
-    if (!request->has_iso)
-        scene.isovalue = (range[0] + range[1]) / 2;
-    brick_camera_orbit(&scene.camera, brick_volume_grid(volume), request->orbit[0], request->orbit[1], 0, 0,
-                       (double)scene.width / scene.height);
+    bench_view_scene(&request->view, volume, &scene);
     int code = tool_transfer_load(&transfer, request->tf, volume, err);
     if (!code)
         code = vr_renderer_create(&renderer, volume, &request->renderer, err);
@@ -116,8 +106,9 @@ static int measure_all(const struct request *request, const struct brick_volume 
 
 static void print_text(const struct request *request, const struct result results[ROWS])
 {
-    printf("%ux%u, step %g, %u frames, %s\n", request->size[0], request->size[1], request->quality.step_vox,
-           request->frames, *results[0].report.gl_renderer ? results[0].report.gl_renderer : "no OpenGL");
+    printf("%ux%u, step %g, %u frames, %s\n", request->view.size[0], request->view.size[1],
+           request->quality.step_vox, request->frames,
+           *results[0].report.gl_renderer ? results[0].report.gl_renderer : "no OpenGL");
     printf("%-8s %10s %10s %10s %10s %10s %14s %16s\n", "mode", "median s", "min s", "max s", "core s",
            "first s", "bricks", "samples");
     for (int row = 0; row < ROWS; row++) {
@@ -134,8 +125,8 @@ static void print_text(const struct request *request, const struct result result
 static int print_json(const struct request *request, const struct result results[ROWS])
 {
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddNumberToObject(json, "width", request->size[0]);
-    cJSON_AddNumberToObject(json, "height", request->size[1]);
+    cJSON_AddNumberToObject(json, "width", request->view.size[0]);
+    cJSON_AddNumberToObject(json, "height", request->view.size[1]);
     cJSON_AddNumberToObject(json, "step", request->quality.step_vox);
     cJSON_AddNumberToObject(json, "frames", request->frames);
     cJSON_AddStringToObject(json, "gl_renderer", results[0].report.gl_renderer);
@@ -157,28 +148,20 @@ static int print_json(const struct request *request, const struct result results
 int bench_render(int argc, char **argv)
 {
     struct request r = {
-        .size = {512, 512},
+        .view = {.size = {512, 512}},
         .frames = 5,
-        .scene = vr_scene_defaults,
         .quality = vr_quality_defaults,
         .renderer = vr_renderer_defaults,
     };
     int first = 0;
     const struct tool_option options[] = {
-        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.frames,
-         .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "frames to take the median of (default 5)"},
-        {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
-         .help = "transfer function (default gray)"},
-        {"iso", .value = "V", .parse = tool_parse_real, .target = &r.scene.isovalue, .given = &r.has_iso,
-         .help = "isovalue (default the middle of the range)"},
-        {"size", .value = "WxH", .parse = tool_parse_picture, .target = r.size,
-         .help = "pixels (default 512x512)"},
-        {"step", .value = "S", .parse = tool_parse_positive, .target = &r.quality.step_vox,
-         .help = "sampling distance in smallest voxel edges (default 0.5)"},
-        {"camera", .value = "AZ,EL", .parse = tool_parse_pair, .target = r.orbit,
-         .help = "azimuth and elevation in degrees (default 0,0)"},
-        {"gpu-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.gpu_cache_bytes,
-         .help = "bytes of bricks in the GPU's memory"},
+        {BENCH_FRAMES("5"), .target = &r.frames},
+        {BENCH_TF, .target = &r.tf},
+        {BENCH_ISO(r.view)},
+        {BENCH_SIZE(r.view, "512x512")},
+        {BENCH_STEP("0.5"), .target = &r.quality.step_vox},
+        {BENCH_CAMERA(r.view, "0,0")},
+        {BENCH_GPU_CACHE, .target = &r.renderer.gpu_cache_bytes},
         {"host-cache", .value = "SIZE", .parse = tool_parse_bytes, .target = &r.renderer.host_cache_bytes,
          .help = "bytes of decoded bricks in memory"},
         {"context", .value = "KIND", .parse = tool_parse_choice, .target = &r.context,
@@ -193,11 +176,8 @@ int bench_render(int argc, char **argv)
         .command = COMMAND,
         .arguments = "FILE [OPTIONS]",
         .summary = "Seconds per frame in the modes dvr, shaded, iso and mip, and of --method isotrace.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -77,11 +77,8 @@ int cmd_compare(int argc, char **argv)
         .command = "compare",
         .arguments = "A.exr B.exr [OPTIONS]",
         .summary = "Measure the difference of two pictures over premultiplied linear RGBA.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 2,
-        .positional_max = 2,
-        .positional = "two pictures",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {2, 2, "two pictures"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     return code >= 0 ? code : compare(argv[first], argv[first + 1], json);

@@ -20,7 +20,7 @@ int cmd_convert(int argc, char **argv)
 
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "FILE.brick", .parse = tool_parse_text, .target = &output,
-         .help = "the file to write (required)"},
+         .required = true, .help = "the file to write (required)"},
         {"size", .value = "NXxNYxNZ", .parse = tool_parse_dims, .target = in.dims, .given = &has_size,
          .help = "raw: voxels on each axis"},
         {"type", .value = "TYPE", .parse = tool_parse_type, .target = &in.type, .given = &has_type,
@@ -52,17 +52,12 @@ int cmd_convert(int argc, char **argv)
         .command = "convert",
         .arguments = "SRC -o FILE.brick [OPTIONS]",
         .summary = "Turn a volume (NRRD, MetaImage, or raw with --size and --type) into a .brick file.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one SRC",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one SRC"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!output)
-        return tool_misuse("convert", "no output: -o FILE.brick");
     if (!tool_ends_in(output, ".brick"))
         return tool_misuse("convert", "the output '%s' does not end in .brick", output);
     if (has_size != has_type)

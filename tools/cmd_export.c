@@ -108,7 +108,7 @@ int cmd_export(int argc, char **argv)
     int first = 0;
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "DST", .parse = tool_parse_text, .target = &request.output,
-         .help = "the file to write (required): .raw, .nrrd, .mhd or .mha"},
+         .required = true, .help = "the file to write (required): .raw, .nrrd, .mhd or .mha"},
         {"level", .value = "L", .parse = tool_parse_u32, .target = &request.level,
          .help = "0 is full resolution (default)"},
         {"region", .value = "x0:x1,y0:y1,z0:z1", .parse = tool_parse_region, .target = request.region,
@@ -119,17 +119,12 @@ int cmd_export(int argc, char **argv)
         .command = "export",
         .arguments = "FILE -o DST [OPTIONS]",
         .summary = "Write the voxels of a .brick file in the format that DST's ending names.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!request.output)
-        return tool_misuse("export", "no output: -o DST");
 
     struct brick_volume *volume = NULL;
     struct brick_error err = {0};

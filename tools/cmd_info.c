@@ -30,11 +30,8 @@ int cmd_info(int argc, char **argv)
         .command = "info",
         .arguments = "FILE [OPTIONS]",
         .summary = "Say what is in a .brick file.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)

@@ -44,8 +44,6 @@ static int check_isotrace(const struct tool_request *request)
         return tool_misuse("render", "--iso-opacity needs as many numbers as --iso");
     if (request->has_step || request->has_refinements)
         return tool_misuse("render", "--method isotrace has no --step or --refinements");
-    if (request->mesh.count)
-        return tool_misuse("render", "--method isotrace draws no --mesh");
     if (request->has_cache || request->has_context)
         return tool_misuse("render", "--method isotrace runs on the CPU, without --gpu-cache and --context");
     return -1;
@@ -86,8 +84,6 @@ static int check_request(const struct tool_request *request)
 {
     const bool iso = request->mode == BRICK_MODE_ISO;
     const bool marches = request->method == VR_METHOD_RAYCAST || request->method == VR_METHOD_MULTIPASS;
-    if (!request->outputs.count)
-        return tool_misuse("render", "no output: -o IMG.exr or IMG.png");
     if (iso && !request->has_iso)
         return tool_misuse("render", "--mode iso needs --iso V");
     if (!iso && request->has_iso)
@@ -258,7 +254,7 @@ int cmd_render(int argc, char **argv)
 
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "IMG", .parse = tool_parse_list, .target = &r.outputs,
-         .help = "picture to write (required): .exr or .png; several are\none render"},
+         .required = true, .help = "picture to write (required): .exr or .png; several are\none render"},
         {"tf", .value = "NAME|FILE", .parse = tool_parse_text, .target = &r.tf,
          .help = "transfer function: ct-bone, ct-skin, mri, gray (default),\nor a JSON file"},
         {"opacity", .value = "F", .parse = tool_parse_real, .target = &r.opacity,
@@ -385,11 +381,8 @@ int cmd_render(int argc, char **argv)
         .arguments = "FILE -o IMG [OPTIONS]",
         .summary = "Make a picture of a .brick file. EXR holds premultiplied linear RGBA in float32;\n"
                    "PNG is that over the background, in sRGB.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code < 0)

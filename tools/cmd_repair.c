@@ -144,7 +144,7 @@ int cmd_repair(int argc, char **argv)
     int first = 0, how = 0;
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "OUT.brick", .parse = tool_parse_text, .target = &to,
-         .help = "the file to write (required)"},
+         .required = true, .help = "the file to write (required)"},
         {"downsample", .value = "HOW", .parse = tool_parse_choice, .target = &how,
          .limits = {.choices = downsample},
          .help = "how coarser levels are made where they are lost: mean,\nnearest (labels), or as found in "
@@ -161,17 +161,12 @@ int cmd_repair(int argc, char **argv)
         .summary =
             "Make a whole file of a damaged one: tables and coarser levels are made again from level 0.\n"
             "Bricks of level 0 that are lost are listed, and the exit code is then 1.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!to)
-        return tool_misuse("repair", "no output: -o OUT.brick");
     if (!tool_ends_in(to, ".brick"))
         return tool_misuse("repair", "the output '%s' does not end in .brick", to);
     if (same_file(argv[first], to))

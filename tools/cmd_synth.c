@@ -61,14 +61,13 @@ int cmd_synth(int argc, char **argv)
     struct fmt_synth_params field = {.type = BRICK_U16, .seed = 1};
     struct tool_building building;
     const char *output = NULL;
-    bool has_size = false;
     int first = 0;
     tool_building_init(&building);
 
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "FILE", .parse = tool_parse_text, .target = &output,
-         .help = "the file to write (required): .brick, .raw, .nrrd, .mhd or .mha"},
-        {"size", .value = "NXxNYxNZ", .parse = tool_parse_dims, .target = field.dims, .given = &has_size,
+         .required = true, .help = "the file to write (required): .brick, .raw, .nrrd, .mhd or .mha"},
+        {"size", .value = "NXxNYxNZ", .parse = tool_parse_dims, .target = field.dims, .required = true,
          .help = "voxels on each axis (required)"},
         {"type", .value = "TYPE", .parse = tool_parse_type, .target = &field.type,
          .help = "u8 i8 u16 i16 f32 (default u16)"},
@@ -84,19 +83,12 @@ int cmd_synth(int argc, char **argv)
         .arguments = "NAME --size NXxNYxNZ -o FILE [OPTIONS]",
         .summary = "Make a test volume: marschner-lobb, ct, ramp, checker, constant or shells.\n"
                    "The same options give the same bytes. Layout options apply to .brick files.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one NAME",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one NAME"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!output)
-        return tool_misuse("synth", "no output: -o FILE");
-    if (!has_size)
-        return tool_misuse("synth", "no size: --size NXxNYxNZ");
     if (field.type >= BRICK_TYPE_STORED_COUNT)
         return tool_misuse("synth", "--type takes u8 i8 u16 i16 or f32");
     bool known = false;

@@ -48,11 +48,8 @@ int cmd_verify(int argc, char **argv)
         .arguments = "FILE [OPTIONS]",
         .summary = "Check every checksum, range, mask, macrocell, border and statistic of a .brick file.\n"
                    "The first contradiction is reported.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional_min = 1,
-        .positional_max = 1,
-        .positional = "one FILE",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {1, 1, "one FILE"},
     };
     int code = tool_options(&usage, argc, argv, &first);
     return code >= 0 ? code : check(argv[first], threads, json, quiet);

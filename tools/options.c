@@ -31,8 +31,8 @@ static void print_row(const struct tool_option *option)
 static void print_help(const struct tool_usage *usage)
 {
     printf("usage: brick %s %s\n\n%s\n\n", usage->command, usage->arguments, usage->summary);
-    for (size_t i = 0; i < usage->option_count; i++)
-        print_row(&usage->options[i]);
+    for (size_t i = 0; i < usage->options.count; i++)
+        print_row(&usage->options.row[i]);
     printf("      --help\n");
 }
 
@@ -55,11 +55,12 @@ int tool_options(const struct tool_usage *usage, int argc, char **argv, int *fir
     struct option rows[MAX_OPTIONS + 2] = {0};
     char letters[2 * MAX_OPTIONS + 2] =
         ":"; /* a leading colon tells a missing value from an unknown option */
-    size_t n = usage->option_count, letter_end = 1;
+    size_t n = usage->options.count, letter_end = 1;
+    bool seen[MAX_OPTIONS] = {false};
     const int help = 1000 + MAX_OPTIONS;
 
     for (size_t i = 0; i < n; i++) {
-        const struct tool_option *option = &usage->options[i];
+        const struct tool_option *option = &usage->options.row[i];
         rows[i] = (struct option){option->name, option->value ? required_argument : no_argument, NULL,
                                   1000 + (int)i};
         if (option->letter) {
@@ -84,21 +85,26 @@ int tool_options(const struct tool_usage *usage, int argc, char **argv, int *fir
             return tool_misuse(usage->command, "%s needs a value", argv[optind - 1]);
         const struct tool_option *option = NULL;
         for (size_t i = 0; i < n; i++)
-            if (c == 1000 + (int)i || (c != '?' && c == usage->options[i].letter))
-                option = &usage->options[i];
+            if (c == 1000 + (int)i || (c != '?' && c == usage->options.row[i].letter))
+                option = &usage->options.row[i];
         if (!option)
             return tool_misuse(usage->command, "unknown or ambiguous option, or a flag with a value: %s",
                                argv[optind > 1 ? optind - 1 : 1]);
+        seen[option - usage->options.row] = true;
         int code = apply(usage, option, optarg);
         if (code >= 0)
             return code;
     }
     int positional = argc - optind;
-    if (positional < usage->positional_min)
-        return tool_misuse(usage->command, "expected %s", usage->positional);
-    if (positional > usage->positional_max)
-        return tool_misuse(usage->command, "expected %s, and '%s' is one too many", usage->positional,
-                           argv[optind + usage->positional_max]);
+    if (positional < usage->positional.min)
+        return tool_misuse(usage->command, "expected %s", usage->positional.what);
+    if (positional > usage->positional.max)
+        return tool_misuse(usage->command, "expected %s, and '%s' is one too many", usage->positional.what,
+                           argv[optind + usage->positional.max]);
+    for (const struct tool_option *row = usage->options.row; row < usage->options.row + n; row++)
+        if (row->required && !seen[row - usage->options.row])
+            return tool_misuse(usage->command, row->letter ? "no %s: -%.1s %s" : "no %s: --%s %s", row->name,
+                               row->letter ? &row->letter : row->name, row->value);
     *first = optind;
     return -1;
 }

@@ -16,6 +16,7 @@ struct tool_option {
     tool_parse *parse; /* fills target; NULL for a flag, whose target is a bool */
     void *target;      /* keeps its value, the default, when the option is not given */
     bool *given;       /* set when the option is given; may be NULL */
+    bool required;     /* not on a flag */
     const char *help;  /* lines separated by \n */
     struct tool_limits limits;
 };
@@ -24,10 +25,14 @@ struct tool_usage {
     const char *command;   /* "convert", for messages */
     const char *arguments; /* after the command's name in the help's first line */
     const char *summary;
-    const struct tool_option *options;
-    size_t option_count;
-    int positional_min, positional_max;
-    const char *positional; /* what they are, for messages: "one SRC" */
+    struct {
+        const struct tool_option *row;
+        size_t count;
+    } options;
+    struct {
+        int min, max;
+        const char *what; /* for messages: "one SRC" */
+    } positional;
 };
 
 #define TOOL_COUNT(array) (sizeof(array) / sizeof *(array))

@@ -5,7 +5,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include <brick/io.h>
 
@@ -75,36 +74,22 @@ static int make_page(char **text, size_t *bytes, const struct inventory *invento
 int report_write(const struct inventory *inventory, const char *path, unsigned threads, bool quiet,
                  struct brick_error *err)
 {
-    struct brick_io io = BRICK_IO_CLOSED;
+    struct brick_part part = {BRICK_IO_CLOSED, NULL};
     struct survey survey = {0};
     struct tool_progress progress;
-    char *part = NULL, *text = NULL;
+    char *text = NULL;
     size_t bytes = 0;
-    bool created = false;
-    int code;
-
-    if (asprintf(&part, "%s.part", path) < 0) {
-        part = NULL;
-        code = brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", path);
-        goto fail;
+    int code = brick_part_create(&part, path, err); /* before the work: a bad path is known at once */
+    if (!code) {
+        tool_progress_init(&progress, "report", 0, quiet);
+        code = survey_init(&survey, inventory->volume, threads, tool_progress_update, &progress, err);
+        tool_progress_finish(&progress);
     }
-    if ((code = brick_io_create(&io, part, err))) /* before the work: a bad path is known at once */
-        goto fail;
-    created = true;
-    tool_progress_init(&progress, "report", 0, quiet);
-    code = survey_init(&survey, inventory->volume, threads, tool_progress_update, &progress, err);
-    tool_progress_finish(&progress);
-    if (code || (code = make_page(&text, &bytes, inventory, &survey, err)) ||
-        (code = brick_io_write_at(&io, 0, text, bytes, err)) || (code = brick_io_sync(&io, err)) ||
-        (code = brick_io_rename(part, path, err)))
-        goto fail;
-    created = false;
-fail:
-    if (created)
-        unlink(part);
-    brick_io_close(&io);
+    if (!code && !(code = make_page(&text, &bytes, inventory, &survey, err)) &&
+        !(code = brick_io_write_at(&part.io, 0, text, bytes, err)))
+        code = brick_part_publish(&part, err);
+    brick_part_discard(&part);
     survey_finish(&survey);
     free(text);
-    free(part);
     return code;
 }

@@ -252,3 +252,33 @@ int brick_io_rename(const char *from, const char *to, struct brick_error *err)
     }
     return BRICK_OK;
 }
+
+int brick_part_create(struct brick_part *part, const char *path, struct brick_error *err)
+{
+    char *name = NULL;
+    part->path = strdup(path);
+    if (!part->path || asprintf(&name, "%s.part", path) < 0)
+        return brick_fail(err, BRICK_ERR_MEMORY, "%s: out of memory", path);
+    int code = brick_io_create(&part->io, name, err);
+    free(name);
+    return code;
+}
+
+int brick_part_publish(struct brick_part *part, struct brick_error *err)
+{
+    int code = brick_io_sync(&part->io, err);
+    if (!code)
+        code = brick_io_rename(part->io.path, part->path, err);
+    if (!code)
+        brick_io_close(&part->io);
+    return code;
+}
+
+void brick_part_discard(struct brick_part *part)
+{
+    if (part->io.fd >= 0)
+        unlink(part->io.path);
+    brick_io_close(&part->io);
+    free(part->path);
+    part->path = NULL;
+}

@@ -8,12 +8,15 @@
 
 #include <brick/checked.h>
 
+#include "away.h"
+
 enum { UNKNOWN, TAKEN, KNOWN, ALL };
 
 void vr_cast_activity_finish(struct vr_cast_activity *a)
 {
     vr_classified_finish(&a->classified);
     free(a->state);
+    free(a->away);
     free(a->known);
     free(a->bits);
     *a = (struct vr_cast_activity){0};
@@ -35,10 +38,11 @@ static int take_memory(struct vr_cast_activity *a, const struct brick_grid *grid
     if (brick_mul3_u64(bricks[0], bricks[1], bricks[2], &a->bricks) &&
         brick_mul3_u64(a->bricks, a->words, sizeof *a->bits, &bytes) && bytes <= SIZE_MAX) {
         a->state = malloc((size_t)a->bricks);
+        a->away = malloc((size_t)(a->bricks + bricks[0] + 2)); /* with room to find them */
         a->known = malloc((size_t)a->bricks * sizeof *a->known);
         a->bits = malloc((size_t)bytes);
     }
-    if (a->state && a->known && a->bits)
+    if (a->state && a->away && a->known && a->bits)
         return BRICK_OK;
     vr_cast_activity_finish(a);
     return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the states of the level's bricks");
@@ -65,6 +69,9 @@ int vr_cast_activity_begin(struct vr_cast_activity *a, const struct brick_volume
         memset(a->state, BRICK_STATE_WHOLE, (size_t)a->bricks);
         a->active = a->bricks;
     }
+    for (uint64_t b = 0; b < a->bricks; b++)
+        a->away[b] = a->state[b] >= BRICK_STATE_ACTIVE ? 0 : UINT8_MAX;
+    vr_cast_find_away(a->away, brick_volume_grid(volume)->level[query->level].bricks);
     return BRICK_OK;
 }
 

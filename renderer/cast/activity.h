@@ -1,5 +1,5 @@
 /* Where something shows: in which bricks of a level, by the index, and in which macrocells of those that have
- * been in memory. Threads share it. One byte a brick, and a bit a macrocell. */
+ * been in memory. Threads share it. Three bytes a brick, and a bit a macrocell. */
 #ifndef RENDERER_CAST_ACTIVITY_H
 #define RENDERER_CAST_ACTIVITY_H
 
@@ -15,6 +15,7 @@ struct vr_cast_activity {
     bool skip;
     uint64_t bricks, active; /* of the level */
     uint8_t *state;          /* enum brick_state */
+    uint8_t *away; /* in bricks, along the axis it is farthest on, to the nearest active one; 255: or more */
     atomic_uchar *known;
     uint32_t *bits;                /* `words` a brick, x fastest, `across` macrocells on each axis */
     uint32_t words, across, shift; /* shift: log2 of a macrocell's edge */

@@ -17,6 +17,7 @@ struct vr_caster {
     struct brick_cache *cache;
     struct brick_pool *pool;
     struct vr_cast_activity activity;
+    struct vr_mesh_view meshes;
     uint32_t *shows; /* a flag a tile: may it show an active brick? */
     size_t tiles;    /* that there is room for */
     unsigned threads;
@@ -65,6 +66,7 @@ void vr_caster_destroy(struct vr_caster **caster)
     free(c->workers);
     free(c->shows);
     vr_cast_activity_finish(&c->activity);
+    vr_mesh_view_finish(&c->meshes);
     brick_pool_destroy(&c->pool);
     brick_cache_destroy(&c->cache);
     free(c);
@@ -78,8 +80,6 @@ int vr_caster_check(const struct vr_scene *scene, const struct vr_quality *quali
         what = "this method needs OpenGL; raycast, isotrace and exact do not";
     else if (scene->mode == BRICK_MODE_ISO)
         what = "without OpenGL raycast draws no isosurfaces; isotrace does";
-    else if (scene->mesh_count)
-        what = "without OpenGL raycast draws no meshes; exact does";
     else if (quality->classification != VR_CLASSIFY_POST)
         what = "without OpenGL values are classified after interpolation only";
     else if (quality->setup != VR_SETUP_BOX)
@@ -106,6 +106,8 @@ static int begin(struct vr_caster *c, const struct vr_scene *scene, const struct
     struct vr_cast_set *set = &frame->set;
     set->grid = brick_volume_grid(c->volume);
     set->level = &set->grid->level[scene->level];
+    for (int a = 0; a < 3; a++)
+        set->per_voxel[a] = 1.0 / set->level->scale[a];
     set->step_mm = quality->step_vox * brick_grid_min_spacing_mm(set->grid);
     set->interleaved = quality->interleaved;
     set->cut = quality->interleaved || scene->clip_count;
@@ -113,6 +115,7 @@ static int begin(struct vr_caster *c, const struct vr_scene *scene, const struct
     int code = vr_scene_check_step(set->grid, set->step_mm, err);
     if (code ||
         (code = brick_view_init(&set->view, &scene->camera, set->grid, scene->width, scene->height, err)) ||
+        (code = vr_mesh_view_begin(&c->meshes, scene, set->grid, &set->view, err)) ||
         (code = vr_cast_activity_begin(&c->activity, c->volume, &query, quality->skip, err)) ||
         (code = vr_transfer_table_init(&frame->table, scene->transfer, set->grid, err)) ||
         (code = vr_cast_pieces_init(&frame->pieces, &frame->table, err)))
@@ -120,6 +123,7 @@ static int begin(struct vr_caster *c, const struct vr_scene *scene, const struct
     frame->scene = scene;
     frame->kernels = vr_cast_kernels_table(0);
     frame->activity = &c->activity;
+    frame->meshes = &c->meshes;
     frame->cache = c->cache;
     frame->field = (struct vr_cast_field){.sign = set->grid->slope < 0.0 ? -1.0f : 1.0f,
                                           .visible = {frame->table.visible[0], frame->table.visible[1]},
@@ -127,7 +131,9 @@ static int begin(struct vr_caster *c, const struct vr_scene *scene, const struct
     if (scene->mode == BRICK_MODE_MIP)
         frame->field.visible[0] = -INFINITY, frame->field.visible[1] = INFINITY;
     frame->unit_mm = (float)scene->transfer->unit_mm;
-    frame->depth_end = quality->termination > 0.0 ? (float)-log(quality->termination) : FLT_MAX;
+    frame->depth_end = quality->termination > 0.0 && scene->mode != BRICK_MODE_MIP
+                           ? (float)-log(quality->termination)
+                           : FLT_MAX;
     set_light(&frame->light, scene, set);
     return BRICK_OK;
 }
@@ -164,17 +170,13 @@ static int draw(void *context, uint64_t item, unsigned worker, struct brick_erro
     const uint32_t x = (uint32_t)(item % job->across) * VR_CAST_TILE,
                    y = (uint32_t)(item / job->across) * VR_CAST_TILE;
     struct worker *w = &job->caster->workers[worker];
-    if (!job->caster->shows[item]) {
-        vr_cast_tile_clear(job->frame, x, y);
-        return BRICK_OK;
-    }
     if (!w->tile || w->words < job->frame->activity->words) {
         vr_cast_tile_destroy(w->tile);
         w->words = job->frame->activity->words;
         if (!(w->tile = vr_cast_tile_create(job->frame->activity)))
             return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a tile of the picture");
     }
-    return vr_cast_tile_draw(w->tile, job->frame, x, y, &w->samples, err);
+    return vr_cast_tile_draw(w->tile, job->frame, x, y, job->caster->shows[item], &w->samples, err);
 }
 
 int vr_cast(struct vr_caster *c, const struct vr_scene *scene, const struct vr_quality *quality,

@@ -15,8 +15,11 @@ struct vr_fixed {
 
 static inline struct vr_fixed vr_fixed_from(double p)
 {
-    const double whole = floor(p), scaled = (p - whole) * 0x1p56; /* p just below an integer: 2^56 */
-    return (struct vr_fixed){(int64_t)whole, scaled < 0x1p56 ? (uint64_t)scaled : VR_FIXED_ONE - 1};
+    const int64_t near = (int64_t)p, cell = near - ((double)near > p); /* floor() can be a call */
+    const int64_t fraction = (int64_t)((p - (double)cell) * 0x1p56);
+    return (struct vr_fixed){cell, fraction < (int64_t)VR_FIXED_ONE /* not so just below an integer */
+                                       ? (uint64_t)fraction
+                                       : VR_FIXED_ONE - 1};
 }
 
 /* a + k b, exactly. */

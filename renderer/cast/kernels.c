@@ -20,9 +20,12 @@
 
 #define SET(name) c_##name
 #define TARGET
-#define LANES 4
-#define IOTA  0, 1, 2, 3
-#define ODD   1, 3, 5, 7
+#define LANES    4
+#define IOTA     0, 1, 2, 3
+#define ODD      1, 3, 5, 7
+#define EVEN     0, 2, 4, 6
+#define ZIP_LOW  0, 4, 1, 5
+#define ZIP_HIGH 2, 6, 3, 7
 #include "kernels_vector.h"
 
 INLINE vi c_gather(const void *base, vi byte)
@@ -72,6 +75,12 @@ INLINE vf c_sqrt(vf a)
     return r;
 }
 
+INLINE vf c_floor(vf a) /* of numbers that an int holds */
+{
+    const vf whole = __builtin_convertvector(__builtin_convertvector(a, vi), vf);
+    return whole + __builtin_convertvector(whole > a, vf); /* true is -1 */
+}
+
 /* Two words one after the other, from each of four bases. */
 INLINE void c_rows(const char *const base[4], vi byte, vi words[4][2])
 {
@@ -97,6 +106,9 @@ INLINE vf c_pick(const float *row, uint32_t count, vi at)
 #define LANES     8
 #define IOTA      0, 1, 2, 3, 4, 5, 6, 7
 #define ODD       1, 3, 5, 7, 9, 11, 13, 15
+#define EVEN      0, 2, 4, 6, 8, 10, 12, 14
+#define ZIP_LOW   0, 8, 1, 9, 2, 10, 3, 11
+#define ZIP_HIGH  4, 12, 5, 13, 6, 14, 7, 15
 #include "kernels_vector.h"
 
 TARGET INLINE vi avx2_gather(const void *base, vi byte)
@@ -129,6 +141,11 @@ TARGET INLINE vf avx2_max(vf a, vf b)
 TARGET INLINE vf avx2_sqrt(vf a)
 {
     return (vf)_mm256_sqrt_ps((__m256)a);
+}
+
+TARGET INLINE vf avx2_floor(vf a)
+{
+    return (vf)_mm256_floor_ps((__m256)a);
 }
 
 /* Loads one by one take less time than gathers of twice the width. */
@@ -168,6 +185,9 @@ TARGET INLINE vf avx2_pick(const float *row, uint32_t count, vi at)
 #define LANES     16
 #define IOTA      0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15
 #define ODD       1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31
+#define EVEN      0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30
+#define ZIP_LOW   0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23
+#define ZIP_HIGH  8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31
 #include "kernels_vector.h"
 
 TARGET INLINE vi avx512_gather(const void *base, vi byte)
@@ -198,6 +218,11 @@ TARGET INLINE vf avx512_max(vf a, vf b)
 TARGET INLINE vf avx512_sqrt(vf a)
 {
     return (vf)_mm512_sqrt_ps((__m512)a);
+}
+
+TARGET INLINE vf avx512_floor(vf a)
+{
+    return (vf)_mm512_floor_ps((__m512)a);
 }
 
 TARGET INLINE void avx512_rows(const char *const base[4], vi byte, vi words[4][2])
@@ -282,4 +307,24 @@ const struct vr_cast_kernels *vr_cast_kernels_table(unsigned i)
 #endif
     tables[n++] = &c_kernels;
     return i < n ? tables[i] : NULL;
+}
+
+unsigned vr_cast_flush(void)
+{
+#if defined __x86_64__ && defined __GNUC__
+    const unsigned kept = _mm_getcsr();
+    _mm_setcsr(kept | 0x8040); /* results and operands */
+    return kept;
+#else
+    return 0;
+#endif
+}
+
+void vr_cast_restore(unsigned kept)
+{
+#if defined __x86_64__ && defined __GNUC__
+    _mm_setcsr(kept);
+#else
+    (void)kept;
+#endif
 }

@@ -13,12 +13,6 @@ TARGET INLINE vf SET(select)(vi mask, vf yes, vf no)
     return (vf)((mask & (vi)yes) | (~mask & (vi)no));
 }
 
-TARGET INLINE vf SET(floor)(vf v) /* of numbers that an int holds */
-{
-    vf whole = __builtin_convertvector(__builtin_convertvector(v, vi), vf);
-    return SET(select)(whole > v, whole - 1.0f, whole);
-}
-
 TARGET INLINE vf SET(absolute)(vf v)
 {
     return (vf)((vi)v & 0x7fffffff);
@@ -97,17 +91,15 @@ TARGET static void SET(scan)(struct vr_cast_queue *queue, const struct vr_cast_b
             at[a][0] += LANES * run->step[a];
             at[a][1] += LANES * run->step[a];
         }
-        if (brick->bits) {
-            vi part[3];
-            for (int a = 0; a < 3; a++) { /* the half cell before the volume belongs to its first macrocell */
-                part[a] = cell[a] - brick->border;
-                part[a] = (part[a] & ~(part[a] >> 31)) >> brick->macro_shift;
-            }
-            const vi bit = (part[0] + part[1] * brick->bit_row + part[2] * brick->bit_slice) & active;
-            const vi word = brick->words == 2 ? SET(either)(bit >> 5, brick->bits)
-                                              : SET(gather)(brick->bits, bit >> 5 << 2);
-            active &= -((vi)((vu)word >> (vu)(bit & 31)) & 1);
+        vi part[3];
+        for (int a = 0; a < 3; a++) { /* the half cell before the volume belongs to its first macrocell */
+            part[a] = cell[a] - brick->border;
+            part[a] = (part[a] & ~(part[a] >> 31)) >> brick->macro_shift;
         }
+        const vi bit = (part[0] + part[1] * brick->bit_row + part[2] * brick->bit_slice) & active;
+        const vi word =
+            brick->words == 2 ? SET(either)(bit >> 5, brick->bits) : SET(gather)(brick->bits, bit >> 5 << 2);
+        active &= -((vi)((vu)word >> (vu)(bit & 31)) & 1);
         const uint32_t mask = SET(mask)(active);
         if (mask) {
             SET(compress)(queue->voxel + n, mask, cell[2] * brick->slice + cell[1] * brick->row + cell[0]);
@@ -126,16 +118,16 @@ TARGET static void SET(scan)(struct vr_cast_queue *queue, const struct vr_cast_b
         run->at[a] += done * run->step[a];
 }
 
-TARGET INLINE vf SET(piece)(const struct vr_cast_pieces *pieces, int row, vi at)
+TARGET INLINE vf SET(piece)(const struct vr_cast_pieces *pieces, uint32_t count, int row, vi at)
 {
-    return SET(pick)(pieces->row[row], pieces->table->count, at);
+    return SET(pick)(pieces->row[row], count, at);
 }
 
 /* Which piece each lane's value belongs to: of few pieces by comparing with all, else by bins. */
-TARGET INLINE vi SET(find_piece)(const struct vr_cast_pieces *pieces, vf v)
+TARGET INLINE vi SET(find_piece)(const struct vr_cast_pieces *pieces, uint32_t count, vf v)
 {
     const struct vr_transfer_table *table = pieces->table;
-    if (table->count <= 16) {
+    if (count <= 16) {
         vi piece = {0};
         for (uint32_t i = 1; i < table->count; i++)
             piece -= v >= pieces->row[VR_CAST_START][i];
@@ -147,7 +139,7 @@ TARGET INLINE vi SET(find_piece)(const struct vr_cast_pieces *pieces, vf v)
     vi low = SET(gather)(&table->bins->first, at), high = SET(gather)(&table->bins->last, at);
     for (uint32_t s = 0; s < table->search_steps; s++) {
         const vi middle = (low + high + 1) >> 1;
-        const vi up = v >= SET(piece)(pieces, VR_CAST_START, middle);
+        const vi up = v >= SET(piece)(pieces, count, VR_CAST_START, middle);
         const vi down = middle - 1, not_below = (vi)(down > low);
         low = (up & middle) | (~up & low);
         high = (up & high) | (~up & ((not_below & down) | (~not_below & low)));
@@ -155,25 +147,44 @@ TARGET INLINE vi SET(find_piece)(const struct vr_cast_pieces *pieces, vf v)
     return low;
 }
 
-/* transfer.glsl */
-TARGET static void SET(classify)(struct vr_cast_seen *seen, const struct vr_cast_pieces *pieces)
+/* transfer.glsl: optical depth and colour of values. count: of pieces, or 16 where there are no more. */
+TARGET INLINE vf SET(transfer)(const struct vr_cast_pieces *pieces, uint32_t count, vf v, vf length,
+                               vf rgb[3])
 {
     const vf zero = {0}, one = zero + 1.0f;
+    const vi at = SET(find_piece)(pieces, count, v);
+    const vf from = v - SET(piece)(pieces, count, VR_CAST_ORIGIN, at);
+    for (int c = 0; c < 3; c++) {
+        const vf raw = SET(piece)(pieces, count, VR_CAST_RGB + c, at) +
+                       SET(piece)(pieces, count, VR_CAST_RGB_SLOPE + c, at) * from;
+        rgb[c] = SET(min)(SET(max)(raw, zero), one);
+    }
+    const vf sigma = SET(piece)(pieces, count, VR_CAST_SIGMA, at) +
+                     SET(piece)(pieces, count, VR_CAST_SIGMA_SLOPE, at) * from;
+    return SET(max)(sigma, zero) * length;
+}
+
+TARGET INLINE void SET(classify_part)(struct vr_cast_seen *seen, const struct vr_cast_pieces *pieces,
+                                      uint32_t count)
+{
     for (uint32_t i = 0; i < seen->count; i += LANES) {
-        const vf v = LOADF(seen->value + i);
-        const vi at = SET(find_piece)(pieces, v);
-        const vf from = v - SET(piece)(pieces, VR_CAST_ORIGIN, at);
-        const vf sigma =
-            SET(piece)(pieces, VR_CAST_SIGMA, at) + SET(piece)(pieces, VR_CAST_SIGMA_SLOPE, at) * from;
-        const vf depth = SET(max)(sigma, zero) * LOADF(seen->length_mm + i);
+        vf rgb[3];
+        const vf depth =
+            SET(transfer)(pieces, count, LOADF(seen->value + i), LOADF(seen->length_mm + i), rgb);
         SET(store)(seen->depth + i, (vi)depth);
         SET(store)(seen->alpha + i, (vi)SET(opacity)(depth));
-        for (int c = 0; c < 3; c++) {
-            const vf rgb = SET(piece)(pieces, VR_CAST_RGB + c, at) +
-                           SET(piece)(pieces, VR_CAST_RGB_SLOPE + c, at) * from;
-            SET(store)(seen->rgb[c] + i, (vi)SET(min)(SET(max)(rgb, zero), one));
-        }
+        for (int c = 0; c < 3; c++)
+            SET(store)(seen->rgb[c] + i, (vi)rgb[c]);
     }
+}
+
+TARGET static void SET(classify)(struct vr_cast_seen *seen, const struct vr_cast_pieces *pieces)
+{
+    const uint32_t count = pieces->table->count;
+    if (count <= 16)
+        SET(classify_part)(seen, pieces, 16);
+    else
+        SET(classify_part)(seen, pieces, count);
 }
 
 TARGET static void SET(opacities)(struct vr_cast_seen *seen)
@@ -214,6 +225,82 @@ TARGET INLINE void SET(lit)(struct vr_cast_seen *seen, uint32_t i, const vf grad
         SET(store)(seen->rgb[c] + i, (vi)(LOADF(seen->rgb[c] + i) * factor + added));
 }
 
+/* Two words a lane as one, the lower lanes' first. */
+TARGET INLINE void SET(join)(vl to[2], const uint32_t low[], const uint32_t high[])
+{
+    const vu a = (vu)LOADI(low), b = (vu)LOADI(high);
+    to[0] = (vl)__builtin_shufflevector(a, b, ZIP_LOW);
+    to[1] = (vl)__builtin_shufflevector(a, b, ZIP_HIGH);
+}
+
+TARGET INLINE void SET(move_sums)(struct vr_cast_sums *to, const struct vr_cast_sums *from, uint32_t i,
+                                  uint32_t mask)
+{
+    const uint32_t n = to->count;
+    SET(compress)(to->ray + n, mask, LOADI(from->ray + i));
+    SET(compress)(to->depth + n, mask, LOADI(from->depth + i));
+    for (int c = 0; c < 3; c++)
+        SET(compress)(to->rgb[c] + n, mask, LOADI(from->rgb[c] + i));
+    to->count = n + (uint32_t)__builtin_popcount(mask);
+}
+
+/* Rays i to i + LANES - 1, of which those of `on` go on, to the end of the list of these; the others of
+ * `ended` to the list of those. */
+TARGET INLINE void SET(part)(struct vr_cast_packet *p, uint32_t i, uint32_t on, uint32_t ended)
+{
+    const uint32_t n = p->on.count;
+    for (int a = 0; a < 3; a++)
+        for (int w = 0; w < 2; w++) {
+            SET(compress)(p->at[a][w] + n, on, LOADI(p->at[a][w] + i));
+            SET(compress)(p->step[a][w] + n, on, LOADI(p->step[a][w] + i));
+        }
+    SET(compress)(p->voxel + n, on, LOADI(p->voxel + i));
+    SET(compress)(p->left + n, on, LOADI(p->left + i));
+    SET(compress)(p->length_mm + n, on, LOADI(p->length_mm + i));
+    SET(move_sums)(&p->ended, &p->on, i, ended);
+    SET(move_sums)(&p->on, &p->on, i, on);
+}
+
+TARGET static void SET(sum)(struct vr_cast_packet *p, uint32_t i, uint32_t rays,
+                            const struct vr_cast_seen *seen, float depth_end)
+{
+    const vi iota = {IOTA}, valid = iota + (int32_t)i < (int32_t)rays;
+    vf rgb[3], depth = LOADF(p->on.depth + i);
+    vi on = ~(depth > depth_end);
+    for (int c = 0; c < 3; c++)
+        rgb[c] = LOADF(p->on.rgb[c] + i);
+    for (uint32_t n = 0; n < seen->count; n += LANES) {
+        const vf alpha = SET(exponential)(-depth) * (vf)(LOADI(seen->alpha + n) & on);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += alpha * LOADF(seen->rgb[c] + n);
+        depth += (vf)(LOADI(seen->depth + n) & on);
+        on = ~(depth > depth_end);
+    }
+    SET(store)(p->on.depth + i, (vi)depth);
+    for (int c = 0; c < 3; c++)
+        SET(store)(p->on.rgb[c] + i, (vi)rgb[c]);
+    on &= valid & (LOADI(p->left + i) > 0);
+    SET(part)(p, i, SET(mask)(on), SET(mask)(valid & ~on));
+}
+
+TARGET static void SET(largest)(struct vr_cast_packet *p, uint32_t i, uint32_t rays,
+                                const struct vr_cast_seen *seen)
+{
+    const vi iota = {IOTA}, valid = iota + (int32_t)i < (int32_t)rays;
+    const vf one = (vf){0} + 1.0f;
+    vf most = LOADF(p->on.rgb[0] + i), any = LOADF(p->on.depth + i);
+    for (uint32_t n = 0; n < seen->count; n += LANES) {
+        const vf value = LOADF(seen->value + n);
+        const vi is = value == value;
+        most = SET(select)((value > most) | (is & (any == 0.0f)), value, most);
+        any = SET(select)(is, one, any);
+    }
+    SET(store)(p->on.depth + i, (vi)any);
+    SET(store)(p->on.rgb[0] + i, (vi)most);
+    const vi on = valid & (LOADI(p->left + i) > 0);
+    SET(part)(p, i, SET(mask)(on), SET(mask)(valid & ~on));
+}
+
 #define TYPE      u8
 #define BYTES     1
 #define FIRST(w)  __builtin_convertvector((w)&0xff, vf)
@@ -244,11 +331,14 @@ static const struct vr_cast_kernels SET(kernels) = {
     .classify = SET(classify),
     .opacities = SET(opacities),
     .dim = SET(dim),
-    .typed = {[BRICK_U8] = {SET(look_u8), SET(shade_u8)},
-              [BRICK_I8] = {SET(look_i8), SET(shade_i8)},
-              [BRICK_U16] = {SET(look_u16), SET(shade_u16)},
-              [BRICK_I16] = {SET(look_i16), SET(shade_i16)},
-              [BRICK_F32] = {SET(look_f32), SET(shade_f32)}},
+    .sum = SET(sum),
+    .largest = SET(largest),
+    .lanes = LANES,
+    .typed = {[BRICK_U8] = {SET(look_u8), SET(shade_u8), SET(march_u8)},
+              [BRICK_I8] = {SET(look_i8), SET(shade_i8), SET(march_i8)},
+              [BRICK_U16] = {SET(look_u16), SET(shade_u16), SET(march_u16)},
+              [BRICK_I16] = {SET(look_i16), SET(shade_i16), SET(march_i16)},
+              [BRICK_F32] = {SET(look_f32), SET(shade_f32), SET(march_f32)}},
 };
 
 #undef LOADF
@@ -258,3 +348,6 @@ static const struct vr_cast_kernels SET(kernels) = {
 #undef LANES
 #undef IOTA
 #undef ODD
+#undef EVEN
+#undef ZIP_LOW
+#undef ZIP_HIGH

@@ -62,31 +62,42 @@ TARGET INLINE vf NAME(bilinear)(const vf v[4], vf s, vf t) /* the first index ru
     return NAME(along)(a, b, t);
 }
 
-TARGET static void NAME(look)(struct vr_cast_seen *seen, const struct vr_cast_queue *queue,
-                              const struct vr_cast_brick *brick, const struct vr_cast_field *field,
-                              bool place)
+/* The field in the cells whose first corners are at `byte`, its sign turned; *good: those where it can be
+ * visible. */
+TARGET INLINE vf NAME(sample)(const struct vr_cast_brick *brick, const struct vr_cast_field *field, vi byte,
+                              const vf f[3], vi *good)
 {
     const char *voxels = brick->voxels;
     const ptrdiff_t row = (ptrdiff_t)brick->row * BYTES, slice = (ptrdiff_t)brick->slice * BYTES;
     const char *const rows[4] = {voxels, voxels + row, voxels + slice, voxels + slice + row};
+    vf c[4][2];
+    NAME(pairs)(rows, byte, c);
+    const vf y[4] = {NAME(along)(c[0][0], c[0][1], f[0]), NAME(along)(c[1][0], c[1][1], f[0]),
+                     NAME(along)(c[2][0], c[2][1], f[0]), NAME(along)(c[3][0], c[3][1], f[0])};
+    const vf value = NAME(bilinear)(y, f[1], f[2]) * field->sign;
+#if BYTES == 4
+    if (field->nonfinite)
+        for (int k = 0; k < 8; k++)
+            *good &= ((vi)c[k / 2][k % 2] & 0x7f800000) != 0x7f800000;
+#endif
+    *good &= (value >= field->visible[0]) & (value <= field->visible[1]);
+    return value;
+}
+
+TARGET static void NAME(look)(struct vr_cast_seen *seen, const struct vr_cast_queue *queue,
+                              const struct vr_cast_brick *brick, const struct vr_cast_field *field,
+                              bool place)
+{
     const vi iota = {IOTA};
     uint32_t n = 0;
     for (uint32_t i = 0; i < queue->count; i += LANES) {
         const vi voxel = LOADI(queue->voxel + i);
         vi good = iota + (int32_t)i < (int32_t)queue->count;
-        vf f[3], c[4][2];
+        vf f[3];
         for (int a = 0; a < 3; a++)
             f[a] = __builtin_convertvector(LOADI(queue->at[a] + i) & 0xffffff, vf) * 0x1p-24f;
-        NAME(pairs)(rows, ((voxel & good) | (queue->voxel[0] & ~good)) * BYTES, c);
-        const vf y[4] = {NAME(along)(c[0][0], c[0][1], f[0]), NAME(along)(c[1][0], c[1][1], f[0]),
-                         NAME(along)(c[2][0], c[2][1], f[0]), NAME(along)(c[3][0], c[3][1], f[0])};
-        const vf value = NAME(bilinear)(y, f[1], f[2]) * field->sign;
-#if BYTES == 4
-        if (field->nonfinite)
-            for (int k = 0; k < 8; k++)
-                good &= ((vi)c[k / 2][k % 2] & 0x7f800000) != 0x7f800000;
-#endif
-        good &= (value >= field->visible[0]) & (value <= field->visible[1]);
+        const vi byte = ((voxel & good) | (queue->voxel[0] & ~good)) * BYTES;
+        const vf value = NAME(sample)(brick, field, byte, f, &good);
         const uint32_t mask = SET(mask)(good);
         if (!mask)
             continue;
@@ -153,6 +164,59 @@ TARGET static void NAME(shade)(struct vr_cast_seen *seen, const struct vr_cast_b
         }
         SET(lit)(seen, n, gradient, light);
     }
+}
+
+TARGET static uint32_t NAME(march)(struct vr_cast_seen *seen, struct vr_cast_packet *p, uint32_t i,
+                                   const struct vr_cast_brick *brick, const struct vr_cast_field *field,
+                                   bool place)
+{
+    const vi left = LOADI(p->left + i), from = LOADI(p->voxel + i), ray = LOADI(p->on.ray + i);
+    const vf length = LOADF(p->length_mm + i);
+    const vi inside =
+        (vi){0} + brick->border * (1 + brick->row + brick->slice); /* where lanes without look */
+    vl at[3][2], step[3][2];
+    vi looked = {0};
+    uint32_t n = 0, samples = 0;
+    for (int a = 0; a < 3; a++) {
+        SET(join)(at[a], p->at[a][0] + i, p->at[a][1] + i);
+        SET(join)(step[a], p->step[a][0] + i, p->step[a][1] + i);
+    }
+    for (int32_t s = 0; s < VR_CAST_STEPS; s++, n += LANES) {
+        const vi live = s < left;
+        vi cell[3];
+        vf f[3];
+        if (!SET(mask)(live))
+            break;
+        for (int a = 0; a < 3; a++) {
+            const vu high = __builtin_shufflevector((vu)at[a][0], (vu)at[a][1], ODD);
+            cell[a] = (vi)(high >> 24);
+            f[a] = __builtin_convertvector((vi)(high & 0xffffff), vf) * 0x1p-24f;
+            at[a][0] += step[a][0];
+            at[a][1] += step[a][1];
+        }
+        const vi there = from + cell[2] * brick->slice + cell[1] * brick->row + cell[0];
+        const vi voxel = (there & live) | (inside & ~live);
+        vi good = live;
+        const vf value = NAME(sample)(brick, field, voxel * BYTES, f, &good);
+        looked -= live;
+        SET(store)(seen->value + n, (vi)value | ~good);
+        SET(store)(seen->length_mm + n, (vi)length);
+        if (place) {
+            SET(store)(seen->ray + n, ray);
+            SET(store)(seen->voxel + n, voxel);
+            for (int a = 0; a < 3; a++)
+                SET(store)(seen->fraction[a] + n, (vi)f[a]);
+        }
+    }
+    for (int a = 0; a < 3; a++) {
+        SET(store)(p->at[a][0] + i, (vi)__builtin_shufflevector((vu)at[a][0], (vu)at[a][1], EVEN));
+        SET(store)(p->at[a][1] + i, (vi)__builtin_shufflevector((vu)at[a][0], (vu)at[a][1], ODD));
+    }
+    SET(store)(p->left + i, left - VR_CAST_STEPS);
+    seen->count = n;
+    for (int k = 0; k < LANES; k++)
+        samples += (uint32_t)looked[k];
+    return samples;
 }
 
 #undef NAME

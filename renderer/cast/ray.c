@@ -11,13 +11,15 @@ static double offset_of(uint32_t column, uint32_t row)
     return ((a & 1) << 3 | (b & 1) << 2 | (a & 2) | (b & 2) >> 1) / 16.0;
 }
 
-bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t row, struct vr_cast_ray *ray)
+bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t row, double end_mm,
+                      struct vr_cast_ray *ray)
 {
     struct brick_ray whole;
     double enter, leave;
     brick_view_ray(&set->view, column, row, &whole);
     if (!brick_ray_span(&whole, set->grid, &enter, &leave))
         return false;
+    leave = end_mm < leave ? end_mm : leave;
     double from = enter;
     if (!vr_clip_span(&set->clip, &whole, &from, &leave))
         return false;
@@ -31,17 +33,17 @@ bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t r
     /* In steps of the division. */
     const double last_whole = skipped + pieces - 1.0;
     const double rest = steps - (last_whole > begin ? last_whole : begin), piece = skipped + 1.0 - begin;
-    const double cut = begin + 0.5 * piece, last = steps - 0.5 * rest;
+    ray->cut = begin + 0.5 * piece;
+    ray->last = steps - 0.5 * rest;
     ray->count = (uint32_t)pieces;
     for (int i = 0; i < 3; i++) {
-        const double per_voxel = 1.0 / set->level->scale[i]; /* exact: powers of 2 */
         const double start =
-            (whole.origin[i] + grid * whole.direction[i] - set->level->offset[i]) * per_voxel;
-        const double step = whole.direction[i] * set->step_mm * per_voxel;
+            (whole.origin[i] + grid * whole.direction[i] - set->level->offset[i]) * set->per_voxel[i];
+        const double step = whole.direction[i] * set->step_mm * set->per_voxel[i];
+        ray->start[i] = start;
+        ray->stride[i] = step;
         ray->step[i] = vr_fixed_from(step);
         ray->first[i] = vr_fixed_after(vr_fixed_from(start + 0.5 * step), ray->step[i], (uint32_t)skipped);
-        ray->last[i] = vr_fixed_from(start + last * step);
-        ray->begin[i] = set->cut ? vr_fixed_from(start + cut * step) : ray->first[i];
         const float stride = (float)step;
         const bool moves = fabsf(stride) > 1.0e-30f;
         ray->pace[i] = moves ? 1.0f / fabsf(stride) : 0.0f;

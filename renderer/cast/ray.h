@@ -11,6 +11,7 @@
 struct vr_cast_set {
     const struct brick_grid *grid;
     const struct brick_level *level;
+    double per_voxel[3]; /* 1 / level->scale: exact, powers of 2 */
     struct brick_view view;
     struct vr_clip clip;
     double step_mm;
@@ -22,7 +23,8 @@ struct vr_cast_set {
  * where rays are cut, the first; their samples are not where steps lead. */
 struct vr_cast_ray {
     struct vr_fixed first[3], step[3]; /* level's index space; sample k is at first + k step */
-    struct vr_fixed begin[3], last[3]; /* sample 0 of a ray that is cut; sample count - 1 */
+    double start[3], stride[3];        /* the same from where steps are counted from */
+    double cut, last; /* in steps from there: sample 0 of a ray that is cut, sample count - 1 */
     uint32_t count;
     float length_mm, begin_length_mm, last_length_mm;
     float pace[3],
@@ -32,8 +34,9 @@ struct vr_cast_ray {
     double enter_mm; /* t of the way into the volume */
 };
 
-/* False when there is nothing on the pixel's ray. */
-bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t row, struct vr_cast_ray *ray);
+/* The pixel's ray, as far as end_mm. False when there is nothing on it. */
+bool vr_cast_ray_init(const struct vr_cast_set *set, uint32_t column, uint32_t row, double end_mm,
+                      struct vr_cast_ray *ray);
 
 /* Is sample k one that steps do not lead to? */
 static inline bool vr_cast_ray_is_end(const struct vr_cast_set *set, const struct vr_cast_ray *ray,
@@ -42,12 +45,16 @@ static inline bool vr_cast_ray_is_end(const struct vr_cast_set *set, const struc
     return k + 1 == ray->count || (set->cut && k == 0);
 }
 
+static inline struct vr_fixed vr_cast_ray_end(const struct vr_cast_ray *ray, int axis, uint32_t k)
+{
+    return vr_fixed_from(ray->start[axis] + (k + 1 == ray->count ? ray->last : ray->cut) * ray->stride[axis]);
+}
+
 static inline struct vr_fixed vr_cast_ray_sample(const struct vr_cast_set *set, const struct vr_cast_ray *ray,
                                                  int axis, uint32_t k)
 {
-    if (k + 1 == ray->count)
-        return ray->last[axis];
-    return set->cut && k == 0 ? ray->begin[axis] : vr_fixed_after(ray->first[axis], ray->step[axis], k);
+    return vr_cast_ray_is_end(set, ray, k) ? vr_cast_ray_end(ray, axis, k)
+                                           : vr_fixed_after(ray->first[axis], ray->step[axis], k);
 }
 
 static inline float vr_cast_ray_length(const struct vr_cast_set *set, const struct vr_cast_ray *ray,

@@ -12,9 +12,13 @@
  * No rule may step over what it cannot see. Intervals are halved to a depth of at most MAX_DEPTH before they
  * are sampled, for the layer where the light is absorbed; and until the normal varies by no more than half of
  * its length, for the place where it turns round: on such an interval the facing ratio is analytic with room
- * to spare. Around a normal of zero that never holds; there halving ends when what is left is NEGLIGIBLE. */
+ * to spare. Around a normal of zero that never holds; there halving ends when what is left is NEGLIGIBLE.
+ *
+ * Near such a zero the facing ratio carries the rounding of the polynomials that it is the quotient of. No
+ * halving makes the rules differ by less than that, so that much is allowed beside the tolerance. */
 #include "emission.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 
@@ -22,6 +26,7 @@
 #define MAX_HALVINGS 64
 #define TINY_ERROR   1e-25 /* error of one interval that is never worth another halving */
 #define NEGLIGIBLE   1e-6  /* part of the tolerance that an interval around a zero normal may be wrong by */
+#define ROUNDINGS    32.0  /* of a normal's terms in a facing ratio, anywhere in a steady interval; twice */
 #define OPAQUE_DEPTH 60.0  /* exp(-60) < 1e-26: nothing shows through */
 
 /* Gauss-Kronrod abscissae in [0,1) from the middle outwards; every other one is a Gauss point. */
@@ -139,17 +144,20 @@ static double gauss_kronrod(const struct integrand *f, double a, double b, doubl
     return error;
 }
 
-/* Does the normal keep within half its length of what it is in the middle of [a,b]? */
-static bool normal_is_steady(const struct vr_light *light, double a, double b)
+/* Does the normal keep within half its length of what it is in the middle of [a,b]? noise: how much of the
+ * shaded colour may be rounding there. */
+static bool normal_is_steady(const struct vr_light *light, double a, double b, double *noise)
 {
-    double middle = 0.5 * (a + b), h = 0.5 * (b - a), length = 0.0, change = 0.0;
+    double middle = 0.5 * (a + b), h = 0.5 * (b - a), length = 0.0, change = 0.0, terms = 0.0;
     for (int i = 0; i < 3; i++) {
         const double *c = light->normal[i].c;
         double most = h * (fabs(c[1] + middle * (2.0 * c[2] + middle * 3.0 * c[3])) +
                            h * (fabs(c[2] + 3.0 * middle * c[3]) + h * fabs(c[3])));
         length = hypot(length, vr_cubic_eval(&light->normal[i], middle));
         change = hypot(change, most);
+        terms += fabs(c[0]) + fabs(c[1]) + fabs(c[2]) + fabs(c[3]);
     }
+    *noise = ROUNDINGS * DBL_EPSILON * (light->diffuse + light->specular * light->shininess) * terms / length;
     return change <= 0.5 * length;
 }
 
@@ -169,12 +177,13 @@ static void integrate(const struct integrand *f, double share, double tolerance,
         if (f->piece->glow > 0.0)
             drop = share * (b - a);
         bool can_halve = left <= MAX_HALVINGS && b - a > 0x1p-60;
-        bool fit = depth <= MAX_DEPTH &&
-                   (!f->lit || drop <= NEGLIGIBLE * tolerance || normal_is_steady(f->piece->light, a, b));
+        double noise = 0.0;
+        bool fit = depth <= MAX_DEPTH && (!f->lit || drop <= NEGLIGIBLE * tolerance ||
+                                          normal_is_steady(f->piece->light, a, b, &noise));
         if (fit || !can_halve) {
             double value[3], error = gauss_kronrod(f, a, b, value);
             *evaluations += 15;
-            if (error <= drop * tolerance || error <= TINY_ERROR || !can_halve ||
+            if (error <= drop * (tolerance + noise) || error <= TINY_ERROR || !can_halve ||
                 (f->lit && drop <= NEGLIGIBLE * tolerance)) {
                 for (int c = 0; c < 3; c++)
                     total[c] += value[c];

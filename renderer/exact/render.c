@@ -12,7 +12,7 @@
 #include <brick/threads.h>
 
 #include "cells.h"
-#include "meshes.h"
+#include "mesh_tree.h"
 #include "scene.h"
 #include "trace.h"
 
@@ -40,28 +40,8 @@ struct frame {
     uint32_t tiles_x, tiles_y;
     struct worker *workers;
     struct vr_clip clip;
-    struct vr_mesh_tree *tree; /* NULL: no meshes */
-    struct brick_view world;   /* of its rays */
+    struct vr_mesh_view meshes;
 };
-
-/* Behind all that the ray has gathered, and nothing is behind it. */
-static void add_mesh(const struct vr_look *look, const struct brick_ray *world, const struct vr_mesh_hit *hit,
-                     struct vr_ray_integral *ray)
-{
-    struct vr_light light = {.ambient = look->ambient,
-                             .diffuse = look->diffuse,
-                             .specular = look->specular,
-                             .shininess = look->shininess};
-    double shaded[3];
-    for (int i = 0; i < 3; i++) {
-        light.normal[i].c[0] = hit->normal[i];
-        light.facing.c[0] += hit->normal[i] * world->direction[i];
-    }
-    vr_light_shade(&light, 0.0, hit->rgb, shaded);
-    for (int c = 0; c < 3; c++)
-        ray->rgb[c] += exp(-ray->depth) * shaded[c];
-    ray->depth = INFINITY;
-}
 
 static int render_pixel(struct frame *frame, struct worker *worker, uint32_t x, uint32_t y,
                         struct brick_error *err)
@@ -69,23 +49,22 @@ static int render_pixel(struct frame *frame, struct worker *worker, uint32_t x, 
     size_t pixel = (size_t)y * frame->image->width + x;
     float *rgba = &frame->image->rgba[4 * pixel];
     struct vr_traced traced = {.hit_mm = INFINITY};
-    struct brick_ray ray, world;
-    struct vr_mesh_hit hit = {.t_mm = INFINITY};
-    double t_enter_mm, t_leave_mm;
+    struct brick_ray ray;
+    double t_enter_mm, t_leave_mm, mesh_rgb[3];
+    const double mesh_mm = vr_mesh_view_pixel(&frame->meshes, x, y, mesh_rgb);
     brick_view_ray(&frame->view, x, y, &ray);
-    if (frame->tree) {
-        brick_view_ray(&frame->world, x, y, &world);
-        vr_mesh_tree_first(frame->tree, &world, &hit);
-    }
     if (brick_ray_span(&ray, frame->grid, &t_enter_mm, &t_leave_mm) &&
-        vr_clip_span(&frame->clip, &ray, &t_enter_mm, &t_leave_mm) && t_enter_mm < hit.t_mm) {
-        t_leave_mm = fmin(t_leave_mm, hit.t_mm);
+        vr_clip_span(&frame->clip, &ray, &t_enter_mm, &t_leave_mm) && t_enter_mm < mesh_mm) {
+        t_leave_mm = fmin(t_leave_mm, mesh_mm);
         int result = vr_trace(&frame->look, &worker->cells.cells, &ray, t_enter_mm, t_leave_mm, &traced, err);
         if (result)
             return result;
     }
-    if (hit.t_mm < INFINITY)
-        add_mesh(&frame->look, &world, &hit, &traced.light);
+    if (mesh_mm < INFINITY) { /* behind all that the ray has gathered, and nothing is behind it */
+        for (int c = 0; c < 3; c++)
+            traced.light.rgb[c] += exp(-traced.light.depth) * mesh_rgb[c];
+        traced.light.depth = INFINITY;
+    }
     for (int c = 0; c < 3; c++)
         rgba[c] = (float)traced.light.rgb[c];
     rgba[3] = (float)-expm1(-traced.light.depth);
@@ -199,9 +178,8 @@ int vr_render_exact(const struct brick_volume *volume, const struct vr_scene *sc
     set_look(&frame.look, grid, scene, params);
     vr_scene_clip(scene, grid, &frame.clip);
 
-    vr_scene_world_view(&frame.view, grid, &frame.world);
-    if (scene->mesh_count &&
-        (result = vr_mesh_tree_create(&frame.tree, scene->meshes, scene->mesh_count, err)))
+    result = vr_mesh_view_begin(&frame.meshes, scene, grid, &frame.view, err);
+    if (result)
         goto fail;
     result = brick_cache_create(&cache, volume, params->host_cache_bytes, err);
     if (result)
@@ -238,7 +216,7 @@ fail:
     for (unsigned i = 0; i < threads; i++)
         vr_brick_cells_finish(&frame.workers[i].cells);
     free(frame.workers);
-    vr_mesh_tree_destroy(&frame.tree);
+    vr_mesh_view_finish(&frame.meshes);
     brick_pool_destroy(&pool);
     brick_cache_destroy(&cache);
     free(states);

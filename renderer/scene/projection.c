@@ -3,22 +3,11 @@
 
 #include <string.h>
 
-static void cross(const double a[3], const double b[3], double r[3])
-{
-    for (int i = 0; i < 3; i++)
-        r[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
-double vr_dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 void vr_invert_columns(const double a[3], const double b[3], const double c[3], double inverse[3][3])
 {
-    cross(b, c, inverse[0]);
-    cross(c, a, inverse[1]);
-    cross(a, b, inverse[2]);
+    vr_cross(b, c, inverse[0]);
+    vr_cross(c, a, inverse[1]);
+    vr_cross(a, b, inverse[2]);
     double determinant = vr_dot(a, inverse[0]);
     for (int i = 0; i < 9; i++)
         inverse[i / 3][i % 3] /= determinant;

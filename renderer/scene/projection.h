@@ -4,6 +4,8 @@
 
 #include <brick/camera.h>
 
+#include "vector.h"
+
 /* inverse times (point - origin) is (u w, v w, w) in a perspective, with w how far ahead of the eye the point
  * is in units of dir, and (u, v, w) in a parallel projection. */
 struct vr_projection {
@@ -12,7 +14,6 @@ struct vr_projection {
 };
 
 void vr_projection_init(struct vr_projection *projection, const struct brick_view *view);
-double vr_dot(const double a[3], const double b[3]);
 /* Rows of the inverse of the matrix with these columns. */
 void vr_invert_columns(const double a[3], const double b[3], const double c[3], double inverse[3][3]);
 

@@ -1,4 +1,4 @@
-/* Where the pixel's ray meets the triangle's plane, in double precision (renderer/exact/meshes.c does the same), not what the
+/* Where the pixel's ray meets the triangle's plane, in double precision (renderer/scene/mesh_tree.c does the same), not what the
  * rasteriser interpolates: t is right to some 1e-15 of the distance. The rasteriser only says which pixels: it puts corners
  * on a grid of 1/256 pixel or so, and where it has a pixel that the triangle has not, the triangle's nearest point counts. */
 uniform dvec3 origin, origin_u, origin_v, dir, dir_u, dir_v; /* struct brick_view, in the world */

@@ -144,6 +144,72 @@ static void same_bytes_whatever_the_memory(void **state)
     brick_transfer_destroy(&other);
 }
 
+/* A triangle in the middle of the body, facing the eye at azimuth 0. */
+static void triangle_at(struct brick_mesh *mesh, const struct brick_camera *camera, double size)
+{
+    const uint64_t corners[3] = {0, 1, 2};
+    *mesh = (struct brick_mesh){0};
+    for (int k = 0; k < 3; k++)
+        assert_int_equal(brick_mesh_add_vertex(mesh,
+                                               (const double[]){camera->look_mm[0] + (k == 1 ? size : -size),
+                                                                camera->look_mm[1],
+                                                                camera->look_mm[2] + (k == 2 ? size : -size)},
+                                               NULL, NULL, NULL),
+                         0);
+    assert_int_equal(brick_mesh_add_polygon(mesh, corners, 3, NULL), 0);
+}
+
+/* Meshes of another number are others, and those without a number may be. (That they are in their place:
+ * tests/gl/meshes.c) */
+static void meshes_by_number(void **state)
+{
+    (void)state;
+    struct brick_volume *volume = body_of(BRICK_U8, 32, 8);
+    struct brick_transfer *transfer = transfer_of(points, 4);
+    struct vr_scene scene = vr_scene_defaults;
+    struct brick_image first, again, fresh;
+    struct brick_mesh triangles[2];
+    scene.transfer = transfer;
+    scene.width = WIDTH, scene.height = HEIGHT;
+    brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 0, 0, 0, 0, 1.5);
+    triangle_at(&triangles[0], &scene.camera, 20.0);
+    triangle_at(&triangles[1], &scene.camera, 35.0);
+    assert_int_equal(brick_image_init(&first, WIDTH, HEIGHT, NULL), 0);
+    assert_int_equal(brick_image_init(&again, WIDTH, HEIGHT, NULL), 0);
+    assert_int_equal(brick_image_init(&fresh, WIDTH, HEIGHT, NULL), 0);
+    for (uint64_t number = 0; number < 2; number++) {
+        struct vr_renderer *renderer = caster_of(volume, 2, 0), *other = caster_of(volume, 1, 2);
+        const struct vr_mesh meshes[2] = {{&triangles[0], {1, 0.5, 0.2}}, {&triangles[1], {1, 0.5, 0.2}}};
+        const struct vr_mesh same = meshes[1];
+        scene.mesh_count = 1;
+        scene.meshes = &meshes[0];
+        scene.meshes_number = number;
+        draw(renderer, &scene, &vr_quality_defaults, &first, NULL);
+        scene.meshes = &meshes[1];
+        scene.meshes_number = 2 * number;
+        draw(renderer, &scene, &vr_quality_defaults, &again, NULL);
+        draw(other, &scene, &vr_quality_defaults, &fresh, NULL);
+        assert_memory_equal(again.rgba, fresh.rgba, 4 * PIXELS * sizeof(float));
+        assert_true(memcmp(again.rgba, first.rgba, 4 * PIXELS * sizeof(float)));
+        scene.mesh_count = 0; /* kept meanwhile */
+        draw(renderer, &scene, &vr_quality_defaults, &first, NULL);
+        assert_true(memcmp(again.rgba, first.rgba, 4 * PIXELS * sizeof(float)));
+        scene.mesh_count = 1;
+        scene.meshes = &same;
+        draw(renderer, &scene, &vr_quality_defaults, &again, NULL);
+        assert_memory_equal(again.rgba, fresh.rgba, 4 * PIXELS * sizeof(float));
+        vr_renderer_destroy(&renderer);
+        vr_renderer_destroy(&other);
+    }
+    for (int k = 0; k < 2; k++)
+        brick_mesh_finish(&triangles[k]);
+    brick_image_finish(&first);
+    brick_image_finish(&again);
+    brick_image_finish(&fresh);
+    brick_transfer_destroy(&transfer);
+    brick_volume_close(&volume);
+}
+
 /* What is not drawn without OpenGL is said in a line. */
 static void refusals(void **state)
 {
@@ -155,11 +221,9 @@ static void refusals(void **state)
     struct brick_error err;
     assert_int_equal(brick_image_init(&image, WIDTH, HEIGHT, NULL), 0);
     brick_transfer_set_emission(independent, BRICK_EMISSION_INDEPENDENT);
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < 7; i++) {
         struct vr_scene scene = vr_scene_defaults;
         struct vr_quality quality = vr_quality_defaults;
-        static const struct brick_mesh mesh = {.triangles = 1};
-        static const struct vr_mesh meshes[] = {{&mesh, {1, 1, 1}}};
         scene.transfer = transfer;
         scene.width = WIDTH, scene.height = HEIGHT;
         brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 0, 0, 0, 0, 1.5);
@@ -168,18 +232,16 @@ static void refusals(void **state)
         if (i == 1)
             quality.method = VR_METHOD_SLICES;
         if (i == 2)
-            scene.meshes = meshes, scene.mesh_count = 1;
-        if (i == 3)
             quality.classification = VR_CLASSIFY_PREINTEGRATED;
-        if (i == 4)
+        if (i == 3)
             quality.setup = VR_SETUP_GEOMETRY;
-        if (i == 5)
+        if (i == 4)
             scene.transfer = independent;
-        if (i == 6)
+        if (i == 5)
             quality.step_vox = 1e-12;
-        if (i == 7)
+        if (i == 6)
             scene.height = HEIGHT + 1;
-        const int want = i < 6 ? BRICK_ERR_UNSUPPORTED : BRICK_ERR_ARGUMENT;
+        const int want = i < 5 ? BRICK_ERR_UNSUPPORTED : BRICK_ERR_ARGUMENT;
         err.message[0] = '\0';
         assert_int_equal(vr_render(renderer, &scene, &quality, &image, NULL, &err), want);
         assert_true(strlen(err.message) > 10);
@@ -202,6 +264,6 @@ static void refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(same_bytes_whatever_the_memory),
-                                       cmocka_unit_test(refusals)};
+                                       cmocka_unit_test(meshes_by_number), cmocka_unit_test(refusals)};
     return cmocka_run_group_tests_name("cast", tests, NULL, NULL);
 }

@@ -454,13 +454,36 @@ static void turning_normals(void **state)
     }
 }
 
+/* A normal of one direction that vanishes at an end: the facing ratio is the same everywhere, but near that
+ * end it is computed as a quotient of what rounding left. Right, and for no more work than a zero is worth:
+ * some 60 halvings. */
+static void vanishing_normals(void **state)
+{
+    struct brick_transfer_knot knot = {0.0, 0.0, 0.0, 0.0, 0.5};
+    const struct brick_transfer transfer = {.knots = &knot, .count = 1};
+    (void)state;
+    for (int i = 0; i < 50; i++) {
+        const double n = 1.47 + 0.003 * i, ratio = 0.27 + 0.013 * i, bend = 0.1 * (i % 7);
+        const struct vr_cubic falling = {{n, -n - bend, bend, 0.0}};
+        const struct vr_light light = {.normal = {falling, {{0}}, {{0}}},
+                                       .facing = {{ratio * n, -ratio * n - ratio * bend, ratio * bend, 0.0}},
+                                       .specular = 1.0,
+                                       .shininess = 20.0};
+        const struct vr_cubic f = {{0.0}};
+        struct vr_ray_integral ray = {0};
+        vr_ray_add(&ray, &transfer, &f, &light, 1.0, TOLERANCE);
+        near(ray.rgb[0], -expm1(-0.5) * pow(ratio, 20.0), TOLERANCE);
+        assert_in_range(ray.evaluations, 15, 60 * 15);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(segments_are_the_field),  cmocka_unit_test(no_ray_slips_through),
         cmocka_unit_test(sides_by_the_rule),       cmocka_unit_test(mip_is_the_largest),
         cmocka_unit_test(mip_of_nothing_is_clear), cmocka_unit_test(integrals_are_right),
-        cmocka_unit_test(turning_normals),
+        cmocka_unit_test(turning_normals),         cmocka_unit_test(vanishing_normals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -371,17 +371,12 @@ static void where_fields_agree(void **state)
 {
     static struct brick_transfer_knot bent_knots[3] = {
         {0, 1, 0, 1, 0.0}, {5, 0, 1, 1, 0.4}, {20, 0, 1, 0, 0.0}};
-    static const struct brick_transfer bent = {.knots = bent_knots,
-                                               .count = 3,
-                                               .support = &everywhere,
-                                               .support_count = 1,
-                                               .visible = &everywhere,
-                                               .visible_count = 1,
-                                               .continuous = true,
-                                               .unit_mm = 2};
+    struct brick_transfer bent = line;
     static const enum brick_mode modes[] = {BRICK_MODE_DVR, BRICK_MODE_SHADED, BRICK_MODE_ISO,
                                             BRICK_MODE_MIP};
     struct brick_volume *linear = make_volume(tilted, sheared, 8);
+    bent.knots = bent_knots;
+    bent.count = 3;
     (void)state;
     for (int n = 0; n < 4; n++) {
         struct vr_scene scene = make_scene(linear, modes[n], 35, 20, 0);

@@ -302,13 +302,106 @@ static void a_sphere_shades_another(void **state)
     brick_volume_close(&volume);
 }
 
-/* Planes cut rays where they cut the exact method's, and surfaces have no caps there. */
-static void planes_cut_as_in_the_exact_picture(void **state)
+static void add_square(struct brick_mesh *mesh, double x, double y, double z, double half)
+{
+    const uint64_t first = mesh->vertices, corners[4] = {first, first + 1, first + 2, first + 3};
+    for (int k = 0; k < 4; k++)
+        assert_int_equal(brick_mesh_add_vertex(mesh,
+                                               (const double[]){x + (k == 1 || k == 2 ? half : -half),
+                                                                y + (k > 1 ? half : -half), z},
+                                               NULL, NULL, NULL),
+                         0);
+    assert_int_equal(brick_mesh_add_polygon(mesh, corners, 4, NULL), 0);
+}
+
+/* A square above a sphere, both above a floor, the light from above: the square's shadow on the sphere, and
+ * both shadows on the floor. The surface is less than 0.1 voxel off. */
+static void meshes_and_surfaces_shade_each_other(void **state)
+{
+    enum { S = 64, W = 90 };
+    static float voxels[S * S * S];
+    const double middle[3] = {31.5, 31.5, 20}, r = 12, half = 7, floor_z = 1, above = 50, aside = 10,
+                 margin = 0.3;
+    struct memory_source source;
+    struct brick_mesh mesh = {0};
+    int count[5] = {0}; /* sphere: dark, bright; floor: bright, the square's shadow, the sphere's */
+    (void)state;
+    for (int i = 0; i < S * S * S; i++)
+        voxels[i] = (float)(r - sqrt(pow(i % S - middle[0], 2) + pow(i / S % S - middle[1], 2) +
+                                     pow(i / (S * S) - middle[2], 2)));
+    memory_source_init(&source, BRICK_F32, S, S, S, voxels);
+    add_square(&mesh, middle[0] + aside, middle[1], above, half);
+    add_square(&mesh, middle[0], middle[1], floor_z, 200.0);
+    const struct vr_mesh meshes = {&mesh, {0.2, 0.6, 0.9}};
+    struct brick_volume *volume = build_and_open(&source, "spheres.brick", NULL);
+    struct vr_isotrace_params params = vr_isotrace_defaults;
+    struct vr_scene scene = vr_scene_defaults;
+    struct brick_image image;
+    struct brick_view view;
+    scene.width = scene.height = W;
+    scene.specular = 0.0;
+    scene.meshes = &meshes;
+    scene.mesh_count = 1;
+    brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 0, 40, 0, 90, 1.0);
+    params.shadows = params.lit = true;
+    params.light[2] = 2.0;
+    render(volume, &vr_isotracer_defaults, &scene, &params, &image, NULL);
+    assert_int_equal(brick_view_init(&view, &scene.camera, brick_volume_grid(volume), W, W, NULL), BRICK_OK);
+    for (uint32_t i = 0; i < W * W; i++) {
+        struct brick_ray ray;
+        double od = 0, oo = 0, p[3], q[3];
+        const double red = (double)image.rgba[4 * i];
+        brick_view_ray(&view, i % W, i / W, &ray);
+        for (int k = 0; k < 3; k++) {
+            od += (ray.origin[k] - middle[k]) * ray.direction[k];
+            oo += pow(ray.origin[k] - middle[k], 2);
+        }
+        assert_true(image.rgba[4 * i + 3] == 1.0f); /* the floor is everywhere */
+        for (int k = 0; k < 3; k++) {
+            p[k] = ray.origin[k] + (above - ray.origin[2]) / ray.direction[2] * ray.direction[k];
+            q[k] = ray.origin[k] + (floor_z - ray.origin[2]) / ray.direction[2] * ray.direction[k];
+        }
+        if (fabs(p[0] - middle[0] - aside) < half + 0.01 && fabs(p[1] - middle[1]) < half + 0.01)
+            continue; /* the square itself */
+        const double disc = od * od - oo + r * r;
+        const bool on_floor = disc < -4.0;
+        if (!on_floor && disc < 4.0)
+            continue;
+        for (int k = 0; k < 3; k++)
+            p[k] = on_floor ? q[k] : ray.origin[k] + (-od - sqrt(disc)) * ray.direction[k];
+        const double facing = on_floor ? 1.0 : (p[2] - middle[2]) / r,
+                     rgb = on_floor ? 0.2 : scene.iso_rgb[0];
+        const double off = fmax(fabs(p[0] - middle[0] - aside), fabs(p[1] - middle[1])) - half;
+        const double below = on_floor ? hypot(p[0] - middle[0], p[1] - middle[1]) - r : 1.0;
+        if (fabs(off) < margin || fabs(below) < margin || facing < 0.1)
+            continue;
+        if (off < 0.0 || below < 0.0)
+            assert_true(fabs(red - 0.2 * rgb) < 1e-6);
+        else
+            assert_true(fabs(red - (0.2 + 0.7 * facing) * rgb) < (on_floor ? 1e-6 : 0.03));
+        count[!on_floor ? off > 0.0 : below < 0.0 ? 4 : off < 0.0 ? 3 : 2]++;
+    }
+    for (int k = 0; k < 5; k++) {
+        print_message("%d pixels of kind %d\n", count[k], k);
+        assert_true(count[k] > 20);
+    }
+    brick_image_finish(&image);
+    brick_volume_close(&volume);
+    brick_mesh_finish(&mesh);
+}
+
+/* Planes and meshes cut rays where they cut the exact method's, and surfaces have no caps there. */
+static void cut_as_in_the_exact_picture(void **state)
 {
     enum { W = 90 };
     struct brick_volume *volume = make_body(32, 8, false);
+    struct brick_mesh squares = {0};
+    const struct vr_mesh mesh = {&squares, {0.2, 0.6, 0.9}};
     (void)state;
-    for (int cuts = 0; cuts < 4; cuts++) {
+    for (int k = 0; k < 3; k++) /* through the body, and beside it */
+        add_square(&squares, -20.0 + 25.0 * k, 30.0, 330.0 + 13.0 * k, 9.0 + 30.0 * (k == 1));
+    for (int run = 0; run < 8; run++) {
+        const int cuts = run % 4;
         struct vr_isotrace_params params = vr_isotrace_defaults;
         struct vr_scene scene = vr_scene_defaults;
         struct brick_image image, exact, whole;
@@ -318,6 +411,8 @@ static void planes_cut_as_in_the_exact_picture(void **state)
         scene.width = scene.height = W;
         brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 40, 25, 0, cuts == 3 ? 120 : 0, 1.0);
         const double *middle = scene.camera.look_mm;
+        scene.meshes = &mesh;
+        scene.mesh_count = run / 4;
         render(volume, &vr_isotracer_defaults, &scene, &params, &whole, NULL);
         if (cuts >= 1) /* towards the eye and across: the inside of the shell is seen */
             clip_through(&scene, middle, -0.6, 0.7, 0.1);
@@ -333,7 +428,8 @@ static void planes_cut_as_in_the_exact_picture(void **state)
             hits += i % 4 == 3 && image.rgba[i] > 0.0f;
             differing += image.rgba[i] != whole.rgba[i];
         }
-        print_message("%d cuts: %zu pixels hit, %zu channels differ from the whole\n", cuts, hits, differing);
+        print_message("%d meshes, %d cuts: %zu pixels hit, %zu channels differ from the whole\n", run / 4,
+                      cuts, hits, differing);
         assert_true(hits > 100);
         assert_true(cuts ? differing > 1000 : differing == 0);
         brick_image_finish(&image);
@@ -341,6 +437,7 @@ static void planes_cut_as_in_the_exact_picture(void **state)
         brick_image_finish(&whole);
     }
     brick_volume_close(&volume);
+    brick_mesh_finish(&squares);
 }
 
 static void bad_requests_are_refused(void **state)
@@ -408,7 +505,8 @@ int main(void)
         cmocka_unit_test(opacity_in_closed_form),
         cmocka_unit_test(shading_in_closed_form),
         cmocka_unit_test(a_sphere_shades_another),
-        cmocka_unit_test(planes_cut_as_in_the_exact_picture),
+        cmocka_unit_test(meshes_and_surfaces_shade_each_other),
+        cmocka_unit_test(cut_as_in_the_exact_picture),
         cmocka_unit_test(bad_requests_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,7 @@
 """The measurements: what they leave is complete and true where truth is known. Seconds are not judged."""
 
 import csv
+import json
 import os
 import shutil
 import subprocess
@@ -46,6 +47,16 @@ class Accuracy(cli.Case):
         self.fails(1, "taken: cannot make this folder", "bench", "accuracy", "c.brick", "-o", "taken")
         self.fails(2, "no output", "bench", "accuracy", "c.brick")
         self.fails(2, "not above 0", "bench", "accuracy", "c.brick", "-o", "x", "--steps", "1,0")
+
+
+class View(cli.Case):
+    def test_view(self):
+        """Every measurement of pictures has these options from one place; this one needs no OpenGL."""
+        self.brick("synth", "ramp", "--size", "16x16x16", "--type", "u8", "-o", "r.brick", "--quiet")
+        for options, iso in (["--iso", "100"], 100), ([], 127.5):
+            said = json.loads(self.brick("bench", "isotrace", "r.brick", "--size", "24x16", "--frames", "1", "--json",
+                                         *options))
+            self.assertEqual([said["width"], said["height"], said["iso"]], [24, 16, iso])
 
 
 def has_vtk():

@@ -89,8 +89,6 @@ class Usage(cli.Case):
             ("preclassified", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--mode", "mip", "--field",
                                "preclassified"]),
             ("--field", ["render", "a.brick", "-o", "a.exr", "--field", "tetrahedra"]),
-            ("--mesh", ["render", "a.brick", "-o", "a.exr", "--method", "isotrace", "--mode", "iso", "--iso", "1", "--mesh",
-                        "a.ply"]),
             ("six numbers", ["render", "a.brick", "-o", "a.exr", "--clip-box", "0,1,0,1,0"]),
             ("start", ["render", "a.brick", "-o", "a.exr", "--clip-box", "0,1,0,1,2,1"]),
             ("four numbers", ["render", "a.brick", "-o", "a.exr", "--method", "exact", "--clip", "1,0,0"]),

@@ -72,6 +72,18 @@ void render(struct vr_renderer *renderer, const struct vr_scene *scene, const st
         fail_msg("%s", err.message);
 }
 
+void end_or_skip(struct vr_renderer **renderer, struct brick_transfer **transfer,
+                 struct brick_volume **volume)
+{
+    const bool none = !*renderer;
+    vr_renderer_destroy(renderer);
+    if (transfer)
+        brick_transfer_destroy(transfer);
+    brick_volume_close(volume);
+    if (none)
+        skip();
+}
+
 void assert_same_image(const struct brick_image *a, const struct brick_image *b, const char *what)
 {
     struct brick_image_difference d;

@@ -26,6 +26,10 @@ struct brick_transfer *transfer_of(const struct brick_transfer_point *points, si
 void render(struct vr_renderer *renderer, const struct vr_scene *scene, const struct vr_quality *quality,
             struct brick_image *image, struct vr_report *report);
 
+/* Destroy them, transfer may be NULL; without a renderer there was nothing to test. */
+void end_or_skip(struct vr_renderer **renderer, struct brick_transfer **transfer,
+                 struct brick_volume **volume);
+
 /* Both have the same bytes. */
 void assert_same_image(const struct brick_image *a, const struct brick_image *b, const char *what);
 

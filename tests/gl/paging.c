@@ -291,11 +291,7 @@ static void test_damage(void **state)
     }
     brick_image_finish(&good);
     brick_image_finish(&image);
-    brick_transfer_destroy(&transfer);
-    brick_volume_close(&volume);
-    if (!renderer)
-        skip();
-    vr_renderer_destroy(&renderer);
+    end_or_skip(&renderer, &transfer, &volume);
 }
 
 int main(void)

@@ -112,11 +112,7 @@ static void test_final(void **state)
         brick_image_finish(&whole);
     }
     brick_image_finish(&image);
-    brick_transfer_destroy(&transfer);
-    brick_volume_close(&volume);
-    if (!plain)
-        skip();
-    vr_renderer_destroy(&plain);
+    end_or_skip(&plain, &transfer, &volume);
 }
 
 static double rmse(const struct brick_image *a, const struct brick_image *b)
@@ -136,8 +132,7 @@ static void test_on_the_way(void **state)
     const struct vr_budget budget = {.upload_bytes = slots_bytes(volume, 6)};
     struct brick_transfer *transfer = transfer_of(points, sizeof points / sizeof points[0]);
     struct vr_renderer *renderer = renderer_with(volume, 0);
-    const bool none = !renderer;
-    for (int mode = 0; !none && mode < 4; mode++) {
+    for (int mode = 0; renderer && mode < 4; mode++) {
         struct vr_scene scene = scene_of(mode, 35, transfer, grid);
         struct brick_image final, coarse, image;
         struct vr_report report;
@@ -165,11 +160,7 @@ static void test_on_the_way(void **state)
         brick_image_finish(&final);
         brick_image_finish(&coarse);
     }
-    vr_renderer_destroy(&renderer);
-    brick_transfer_destroy(&transfer);
-    brick_volume_close(&volume);
-    if (none)
-        skip();
+    end_or_skip(&renderer, &transfer, &volume);
 }
 
 /* Another camera, level or picture of several targets in the middle; the fast filter; calls out of turn. */

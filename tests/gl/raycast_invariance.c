@@ -312,6 +312,52 @@ static void test_huge(void **state)
     check(BRICK_F32, voxels, 300.0, 0.7);
 }
 
+/* Beside numbers that a float holds well, some so small that colours or voxels themselves are denormal. */
+static void test_tiny(void **state)
+{
+    (void)state;
+    static float voxels[NX * NY * NZ];
+    const struct brick_transfer_point ramp[] = {{0, 0, 0.1, 1, 0.0}, {1, 1, 1, 0.5, 0.3}};
+    struct memory_source source;
+    struct brick_transfer *transfer = transfer_of(ramp, 2);
+    for (int i = 0; i < NX * NY * NZ; i++) {
+        const double v = blobs(i % NX, i / NX % NY, i / NX / NY) / 1100.0;
+        voxels[i] = (float)(i / NX % NY < 25 ? v : v * pow(10.0, -5.0 * (i / NX / NY % 9)));
+    }
+    memory_source_init(&source, BRICK_F32, NX, NY, NZ, voxels);
+    struct brick_volume *volume = volume_of(&source, 32);
+    struct vr_renderer *gl = try_renderer(volume, VR_CONTEXT_EGL),
+                       *cpu = try_renderer(volume, VR_CONTEXT_CPU);
+    bool small = false;
+    for (int mode = BRICK_MODE_DVR; gl && mode <= BRICK_MODE_MIP; mode++) {
+        struct vr_scene scene = vr_scene_defaults;
+        struct brick_image images[2];
+        struct vr_report report;
+        if (mode == BRICK_MODE_ISO)
+            continue;
+        scene.transfer = transfer;
+        scene.mode = mode;
+        scene.width = scene.height = 200;
+        brick_camera_orbit(&scene.camera, brick_volume_grid(volume), 90, 5, 0, 90, 1.0);
+        render(gl, &scene, &vr_quality_defaults, &images[0], &report);
+        render(cpu, &scene, &vr_quality_defaults, &images[1], NULL);
+        for (size_t i = 0; i < 4 * 200 * 200; i++)
+            small = small || (images[0].rgba[i] > 0.0f && images[0].rgba[i] < 1e-30f);
+        if (rounds_well(&report))
+            assert_same_image(&images[0], &images[1], "tiny values");
+        brick_image_finish(&images[0]);
+        brick_image_finish(&images[1]);
+    }
+    const bool none = !gl;
+    assert_true(none || small);
+    vr_renderer_destroy(&gl);
+    vr_renderer_destroy(&cpu);
+    brick_volume_close(&volume);
+    brick_transfer_destroy(&transfer);
+    if (none)
+        skip();
+}
+
 /* From so far away that a ray's place depends on the last bits of its sums; with and without clip planes. */
 static void test_far(void **state)
 {
@@ -350,13 +396,8 @@ static void test_far(void **state)
         brick_image_finish(&images[0]);
         brick_image_finish(&images[1]);
     }
-    const bool none = !gl;
-    vr_renderer_destroy(&gl);
     vr_renderer_destroy(&cpu);
-    brick_volume_close(&volume);
-    brick_transfer_destroy(&transfer);
-    if (none)
-        skip();
+    end_or_skip(&gl, &transfer, &volume);
 }
 
 int main(void)
@@ -364,7 +405,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_i16),   cmocka_unit_test(test_u8),        cmocka_unit_test(test_f32),
         cmocka_unit_test(test_boxes), cmocka_unit_test(test_nonfinite), cmocka_unit_test(test_passes),
-        cmocka_unit_test(test_huge),  cmocka_unit_test(test_far),
+        cmocka_unit_test(test_huge),  cmocka_unit_test(test_far),       cmocka_unit_test(test_tiny),
     };
     return cmocka_run_group_tests_name("raycast_invariance", tests, NULL, NULL);
 }

@@ -213,11 +213,7 @@ static void check_modes(enum vr_context_kind kind, enum brick_type type, double 
         brick_image_finish(&image);
         assert_true(outliers <= (mode == BRICK_MODE_ISO ? 2 : 0));
     }
-    brick_transfer_destroy(&transfer);
-    brick_volume_close(&volume);
-    if (!renderer)
-        skip();
-    vr_renderer_destroy(&renderer);
+    end_or_skip(&renderer, &transfer, &volume);
 }
 
 static void test_modes(void **state)
@@ -338,10 +334,7 @@ static void test_extremes(void **state)
         brick_image_finish(&image);
         brick_transfer_destroy(&transfer);
     }
-    brick_volume_close(&volume);
-    if (!renderer)
-        skip();
-    vr_renderer_destroy(&renderer);
+    end_or_skip(&renderer, NULL, &volume);
 }
 
 int main(void)

@@ -106,10 +106,7 @@ static void test_hits(void **state)
         brick_image_finish(&image);
     }
     brick_image_finish(&exact);
-    brick_volume_close(&volume);
-    if (!renderer)
-        skip();
-    vr_renderer_destroy(&renderer);
+    end_or_skip(&renderer, NULL, &volume);
 }
 
 /* A ramp along the view, and a step longer than the volume: mip says how deep a ray's last sample is, and
@@ -153,11 +150,7 @@ static void test_pattern(void **state)
         }
         brick_image_finish(&image);
     }
-    brick_transfer_destroy(&transfer);
-    brick_volume_close(&volume);
-    if (!renderer)
-        skip();
-    vr_renderer_destroy(&renderer);
+    end_or_skip(&renderer, &transfer, &volume);
 }
 
 int main(void)

@@ -145,11 +145,7 @@ none:
     brick_image_finish(&first);
     brick_image_finish(&second);
     brick_transfer_destroy(&a);
-    brick_transfer_destroy(&b);
-    brick_volume_close(&volume);
-    if (!large)
-        skip();
-    vr_renderer_destroy(&large);
+    end_or_skip(&large, &b, &volume);
 }
 
 /* Scenes that make no sense are refused, and the renderer goes on working. */

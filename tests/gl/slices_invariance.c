@@ -235,12 +235,7 @@ static void reads_no_more(void **state)
             assert_true(report.bricks_loaded > report.bricks_active &&
                         report.bricks_loaded < report.bricks_total);
     }
-    const bool drawn = renderer;
-    vr_renderer_destroy(&renderer);
-    brick_transfer_destroy(&transfer);
-    brick_volume_close(&volume);
-    if (!drawn)
-        skip();
+    end_or_skip(&renderer, &transfer, &volume);
 }
 
 /* Against exact, from everywhere and with clip planes: second order, and as wrong as that at most. Steps of
@@ -286,12 +281,7 @@ static void check_order(enum vr_classification classification, double longest)
         assert_true(rmse[0] / rmse[3] > 27.0);
         assert_true(rmse[3] < 1e-3);
     }
-    const bool drawn = renderer;
-    vr_renderer_destroy(&renderer);
-    brick_transfer_destroy(&transfer);
-    brick_volume_close(&volume);
-    if (!drawn)
-        skip();
+    end_or_skip(&renderer, &transfer, &volume);
 }
 
 static void converges(void **state)
@@ -341,12 +331,7 @@ static void ends_early(void **state)
         brick_image_finish(&image);
         brick_image_finish(&whole);
     }
-    const bool drawn = renderer;
-    vr_renderer_destroy(&renderer);
-    brick_transfer_destroy(&transfer);
-    brick_volume_close(&volume);
-    if (!drawn)
-        skip();
+    end_or_skip(&renderer, &transfer, &volume);
 }
 
 int main(void)

@@ -47,7 +47,4 @@ void rest_take(struct rest *rest, const struct scene *scene, unsigned long at);
 void rest_put(const struct rest *rest, const struct scene *scene);
 void rest_finish(struct rest *rest);
 
-/* NULL when there is none; to free(). */
-void *read_file(const char *path, size_t *bytes);
-
 #endif

@@ -69,21 +69,48 @@ static void remove_folder(void)
     nftw(folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
 }
 
+static void give_up(const char *path)
+{
+    perror(path);
+    exit(99);
+}
+
 const char *test_path(const char *name)
 {
     static char paths[16][256];
     static unsigned turn;
     if (!folder[0]) {
         strcpy(folder, "/tmp/brick-test-XXXXXX");
-        if (!mkdtemp(folder)) {
-            perror(folder);
-            exit(99);
-        }
+        if (!mkdtemp(folder))
+            give_up(folder);
         atexit(remove_folder);
     }
     char *path = paths[turn++ % 16];
     snprintf(path, sizeof paths[0], "%s/%s", folder, name);
     return path;
+}
+
+void *read_file(const char *path, size_t *bytes)
+{
+    FILE *f = fopen(path, "rb");
+    *bytes = 0;
+    if (!f)
+        return NULL;
+    fseek(f, 0, SEEK_END);
+    *bytes = (size_t)ftell(f);
+    rewind(f);
+    void *data = malloc(*bytes + 1);
+    if (!data || fread(data, 1, *bytes, f) != *bytes)
+        give_up(path);
+    fclose(f);
+    return data;
+}
+
+void write_file(const char *path, const void *data, size_t bytes)
+{
+    FILE *f = fopen(path, "wb");
+    if (!f || fwrite(data, 1, bytes, f) != bytes || fclose(f))
+        give_up(path);
 }
 
 struct brick_volume *build_and_open(struct memory_source *source, const char *name,

@@ -22,6 +22,10 @@ const char *test_path(const char *name);
 struct brick_volume *build_and_open(struct memory_source *source, const char *name,
                                     const struct brick_build_params *params);
 
+/* NULL when there is none; to free(), with a byte to spare. */
+void *read_file(const char *path, size_t *bytes);
+void write_file(const char *path, const void *data, size_t bytes);
+
 static inline void store_voxel(enum brick_type type, void *voxels, size_t i, double v)
 {
     brick_type_store(type, voxels, i, v);

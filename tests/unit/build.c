@@ -199,19 +199,6 @@ static void ranges_cover_the_field(void **state)
     }
 }
 
-static void *read_file(const char *path, size_t *bytes)
-{
-    FILE *f = fopen(path, "rb");
-    assert_non_null(f);
-    fseek(f, 0, SEEK_END);
-    *bytes = (size_t)ftell(f);
-    rewind(f);
-    void *data = malloc(*bytes);
-    assert_int_equal(fread(data, 1, *bytes, f), *bytes);
-    fclose(f);
-    return data;
-}
-
 static void same_bytes_for_any_threads(void **state)
 {
     (void)state;

@@ -1,5 +1,6 @@
-/* The twins of renderer/cast/kernels.h: every table that this processor can run against the plain one, bit
- * for bit, on all types; and the plain one's opacity and classification against double precision. */
+/* Renderer/cast from the inside: every table of kernels that this processor can run against the plain one,
+ * bit for bit, on all types; rays in packets against rays in queues; the plain one's opacity and
+ * classification against double precision; distances between bricks against the definition. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,6 +12,7 @@
 #include <cmocka.h>
 
 #include "../support/memory_source.h"
+#include "away.h"
 #include "kernels.h"
 
 enum { EDGE = 21, BORDER = 2, CORE = EDGE - 2 * BORDER, VOXELS = EDGE * EDGE * EDGE, RAYS = 40 };
@@ -87,7 +89,7 @@ static void functions_init(struct function functions[FUNCTIONS])
     }
 }
 
-/* All kernels one after the other; *w is what they leave. */
+/* All kernels that samples in queues go through one after the other; *w is what they leave. */
 static void go(const struct vr_cast_kernels *k, enum brick_type type, const struct vr_cast_brick *brick,
                const struct vr_cast_pieces *pieces, uint64_t seed, struct work *w)
 {
@@ -151,6 +153,19 @@ static void assert_same(const struct work *x, const struct work *y, bool *any)
     *any = *any || n > 16;
 }
 
+static void fill(float *voxels, enum brick_type type, uint64_t seed)
+{
+    for (uint64_t i = 0; i < VOXELS; i++) {
+        double v = 100.0 * sin(0.5 * (double)(i % EDGE) + (double)(seed + i / EDGE)) + 9.0 * uniform(seed, i);
+        if (type == BRICK_F32 && noise64(7, i) % 150 == 0)
+            v = i % 2 ? NAN : INFINITY;
+        store_voxel(type, voxels, i,
+                    type == BRICK_U8 || type == BRICK_U16 ? fmax(rint(v), 0.0)
+                    : type == BRICK_F32                   ? v
+                                                          : rint(v));
+    }
+}
+
 static void tables_agree(void **state)
 {
     (void)state;
@@ -169,21 +184,12 @@ static void tables_agree(void **state)
                                           .row = EDGE,
                                           .slice = EDGE * EDGE,
                                           .border = BORDER,
-                                          .bits = round % 3 ? bits : NULL,
+                                          .bits = bits,
                                           .words = round % 3 == 1 ? 2 : 4,
                                           .bit_row = round % 3 == 1 ? 3 : 5,
                                           .bit_slice = round % 3 == 1 ? 9 : 25,
                                           .macro_shift = round % 3 == 1 ? 3 : 2};
-            for (uint64_t i = 0; i < VOXELS; i++) {
-                double v = 100.0 * sin(0.5 * (double)(i % EDGE) + (double)(round + i / EDGE)) +
-                           9.0 * uniform(round, i);
-                if (type == BRICK_F32 && noise64(7, i) % 150 == 0)
-                    v = i % 2 ? NAN : INFINITY;
-                store_voxel((enum brick_type)type, voxels, i,
-                            type == BRICK_U8 || type == BRICK_U16 ? fmax(rint(v), 0.0)
-                            : type == BRICK_F32                   ? v
-                                                                  : rint(v));
-            }
+            fill(voxels, (enum brick_type)type, round);
             for (uint64_t i = 0; i < sizeof bits / sizeof *bits; i++)
                 bits[i] = (uint32_t)(noise64(round, i) | noise64(round, i + 99));
             const struct vr_cast_pieces *pieces = &functions[round % FUNCTIONS].pieces;
@@ -196,6 +202,174 @@ static void tables_agree(void **state)
     assert_true(any || last == 0);
     for (int f = 0; f < FUNCTIONS; f++)
         function_finish(&functions[f]);
+}
+
+/* What a ray gathers. */
+struct sums {
+    float depth, rgb[3];
+};
+
+/* A ray's samples alone, through the queues of the plain table, and added up one by one. */
+static struct sums sums_in_queues(const struct vr_cast_kernels *k, enum brick_type type,
+                                  const struct vr_cast_brick *brick, const struct vr_cast_field *field,
+                                  const struct vr_cast_pieces *pieces, const struct vr_cast_light *light,
+                                  struct vr_cast_run run, float depth_end, bool mip)
+{
+    static struct work w;
+    struct sums sums = {0};
+    w.queue.count = 0;
+    while (run.count)
+        k->scan(&w.queue, brick, &run);
+    k->typed[type].look(&w.seen, &w.queue, brick, field, true);
+    k->classify(&w.seen, pieces);
+    if (light)
+        k->typed[type].shade(&w.seen, brick, light, field->nonfinite);
+    for (uint32_t i = 0; i < w.seen.count; i++) {
+        if (mip) {
+            sums.rgb[0] = i ? fmaxf(sums.rgb[0], w.seen.value[i]) : w.seen.value[i];
+            sums.depth = 1.0f;
+            continue;
+        }
+        w.before[i] = sums.depth;
+        if (!(sums.depth > depth_end))
+            sums.depth += w.seen.depth[i];
+        else
+            w.seen.alpha[i] = 0.0f;
+    }
+    if (mip)
+        return sums;
+    k->dim(&w.seen, w.before);
+    for (uint32_t i = 0; i < w.seen.count; i++)
+        for (int c = 0; c < 3; c++)
+            sums.rgb[c] += w.seen.alpha[i] * w.seen.rgb[c][i];
+    return sums;
+}
+
+/* Side by side rays gather the bits that they do through queues, in all sets, whether they end early or not.
+ */
+static void packets_are_queues(void **state)
+{
+    (void)state;
+    static float voxels[VOXELS + 4], view[3][RAYS];
+    static struct vr_cast_packet p;
+    static struct vr_cast_seen seen;
+    static uint32_t all[4];
+    struct function functions[FUNCTIONS];
+    const struct vr_cast_kernels *plain = NULL;
+    uint32_t early = 0;
+    functions_init(functions);
+    memset(all, 255, sizeof all);
+    for (unsigned t = 0; vr_cast_kernels_table(t); t++)
+        plain = vr_cast_kernels_table(t);
+    for (uint32_t i = 0; i < 3 * RAYS; i++)
+        view[i / RAYS][i % RAYS] = (float)(0.57735 * (1.0 - uniform(3, i) * 1e-3));
+    for (uint64_t round = 0; round < 40; round++)
+        for (unsigned t = 0; vr_cast_kernels_table(t); t++) {
+            const struct vr_cast_kernels *k = vr_cast_kernels_table(t);
+            const enum brick_type type = (enum brick_type)(round % BRICK_TYPE_STORED_COUNT);
+            const struct vr_cast_brick brick = {.voxels = voxels,
+                                                .row = EDGE,
+                                                .slice = EDGE * EDGE,
+                                                .border = BORDER,
+                                                .bits = all,
+                                                .words = 4,
+                                                .bit_row = 5,
+                                                .bit_slice = 25,
+                                                .macro_shift = 2};
+            const struct vr_cast_field field = {round % 3 ? 1.0f : -1.0f, {-90.0f, 90.0f}, type == BRICK_F32};
+            const struct vr_cast_light light = {
+                .normal = {{0.9f, 0.1f, -0.2f}, {0.05f, 1.0f, 0.1f}, {0.1f, -0.3f, 0.7f}},
+                .ambient = 0.2f,
+                .diffuse = 0.7f,
+                .specular = 0.3f,
+                .shininess = 20.0f,
+                .view = {view[0], view[1], view[2]}};
+            const struct vr_cast_pieces *pieces = &functions[round % FUNCTIONS].pieces;
+            const bool mip = round % 4 == 3, shaded = round % 4 == 2;
+            const float depth_end = mip || round % 8 == 0 ? INFINITY : 0.5f;
+            struct vr_cast_run runs[RAYS];
+            fill(voxels, type, round);
+            p.on.count = p.ended.count = 0;
+            for (uint32_t r = 0; r < RAYS; r++) {
+                runs[r] = run_of(round * RAYS + r, r);
+                if (r % 7 == 0)
+                    runs[r].count = 1;
+                for (int a = 0; a < 3; a++) {
+                    for (int w = 0; w < 2; w++) {
+                        p.at[a][w][r] = (uint32_t)(runs[r].at[a] >> 32 * w);
+                        p.step[a][w][r] = (uint32_t)(runs[r].step[a] >> 32 * w);
+                    }
+                    p.on.rgb[a][r] = 0.0f;
+                }
+                p.on.ray[r] = r;
+                p.on.depth[r] = p.voxel[r] = 0;
+                p.left[r] = runs[r].count;
+                p.length_mm[r] = runs[r].length_mm;
+            }
+            uint64_t looked = 0, most = 0;
+            for (p.on.count = RAYS; p.on.count;) {
+                const uint32_t before = p.on.count;
+                memset(p.left + before, 0, k->lanes * sizeof *p.left);
+                p.on.count = 0;
+                for (uint32_t i = 0; i < before; i += k->lanes) {
+                    looked += k->typed[type].march(&seen, &p, i, &brick, &field, shaded);
+                    k->classify(&seen, pieces);
+                    if (shaded)
+                        k->typed[type].shade(&seen, &brick, &light, field.nonfinite);
+                    if (mip)
+                        k->largest(&p, i, before, &seen);
+                    else
+                        k->sum(&p, i, before, &seen, depth_end);
+                }
+            }
+            assert_int_equal(p.ended.count, RAYS);
+            for (uint32_t i = 0; i < RAYS; i++) {
+                const uint32_t r = p.ended.ray[i];
+                const struct sums sums = sums_in_queues(plain, type, &brick, &field, pieces,
+                                                        shaded ? &light : NULL, runs[r], depth_end, mip);
+                assert_memory_equal(&sums.depth, &p.ended.depth[i], sizeof sums.depth);
+                for (int c = 0; c < (mip ? 1 : 3); c++)
+                    assert_memory_equal(&sums.rgb[c], &p.ended.rgb[c][i], sizeof *sums.rgb);
+                most += runs[r].count;
+                early += sums.depth > depth_end;
+            }
+            assert_in_range(looked, RAYS, most);
+            if (isinf(depth_end))
+                assert_int_equal(looked, most);
+        }
+    assert_true(early);
+    for (int f = 0; f < FUNCTIONS; f++)
+        function_finish(&functions[f]);
+}
+
+/* Distances are what comparing each brick with all others finds. */
+static void away_is_the_distance(void **state)
+{
+    (void)state;
+    static uint8_t away[16 * 16 * 16 + 18], matters[16 * 16 * 16];
+    for (uint64_t round = 0; round < 30; round++) {
+        const uint64_t n[3] = {1 + noise64(round, 0) % 16, 1 + noise64(round, 1) % 16,
+                               1 + noise64(round, 2) % 16};
+        const uint64_t bricks = n[0] * n[1] * n[2], rare = 1 + noise64(round, 3) % 200;
+        for (uint64_t b = 0; b < bricks; b++) {
+            matters[b] = round && noise64(round, 9 + b) % rare == 0;
+            away[b] = matters[b] ? 0 : UINT8_MAX;
+        }
+        vr_cast_find_away(away, n);
+        for (uint64_t b = 0; b < bricks; b++) {
+            uint64_t least = UINT8_MAX;
+            for (uint64_t c = 0; c < bricks; c++) {
+                const int64_t d[3] = {(int64_t)(b % n[0]) - (int64_t)(c % n[0]),
+                                      (int64_t)(b / n[0] % n[1]) - (int64_t)(c / n[0] % n[1]),
+                                      (int64_t)(b / n[0] / n[1]) - (int64_t)(c / n[0] / n[1])};
+                uint64_t far = 0;
+                for (int a = 0; a < 3; a++)
+                    far = (uint64_t)llabs(d[a]) > far ? (uint64_t)llabs(d[a]) : far;
+                least = matters[c] && far < least ? far : least;
+            }
+            assert_int_equal(away[b], least);
+        }
+    }
 }
 
 /* Depth and colour are the transfer function's to float32, opacity 1 - exp(-depth) to 4 units in the last
@@ -234,7 +408,8 @@ static void classification_is_the_function(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(tables_agree),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(tables_agree), cmocka_unit_test(packets_are_queues),
+                                       cmocka_unit_test(away_is_the_distance),
                                        cmocka_unit_test(classification_is_the_function)};
     return cmocka_run_group_tests_name("cast_kernels", tests, NULL, NULL);
 }

@@ -36,6 +36,31 @@ static void exr_bit_exact(void **state)
     empty_folder(state);
 }
 
+/* Noise, of which more and more is nothing: there are pictures that compression makes neither smaller nor
+ * larger, to the byte. */
+static void exr_hardly_compressible(void **state)
+{
+    (void)state;
+    enum { WIDTH = 20, HEIGHT = 16, WORDS = 4 * WIDTH * HEIGHT };
+    const char *path = in_folder("a.exr");
+    struct brick_image image = make_image(WIDTH, HEIGHT), back;
+    for (uint32_t seed = 1; seed <= 20; seed++)
+        for (size_t nothing = 0; nothing < 60; nothing++) {
+            uint32_t bits = seed;
+            for (size_t i = 0; i < WORDS; i++) {
+                bits = bits * 1664525u + 1013904223u;
+                const uint32_t word = i < nothing ? 0 : bits ^ bits >> 15;
+                memcpy(image.rgba + i, &word, sizeof word);
+            }
+            write_image(path, &image, &fmt_image_defaults);
+            assert_int_equal(fmt_image_read(&back, path, NULL), 0);
+            assert_memory_equal(back.rgba, image.rgba, WORDS * sizeof(float));
+            brick_image_finish(&back);
+        }
+    brick_image_finish(&image);
+    empty_folder(state);
+}
+
 /* A picture of width x 20 whose channels are as told; every sample of channel i is i + 1 + x / 4 + y. */
 struct foreign {
     exr_storage_t storage;
@@ -295,8 +320,9 @@ static void exr_bomb(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(exr_bit_exact), cmocka_unit_test(exr_foreign), cmocka_unit_test(exr_refused),
-        cmocka_unit_test(exr_corrupt),   cmocka_unit_test(exr_bomb),
+        cmocka_unit_test(exr_bit_exact), cmocka_unit_test(exr_foreign),
+        cmocka_unit_test(exr_refused),   cmocka_unit_test(exr_corrupt),
+        cmocka_unit_test(exr_bomb),      cmocka_unit_test(exr_hardly_compressible),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -1,11 +1,8 @@
 /* NRRD headers as other programs write them, and as nobody should. */
-#include "format_files.h"
+#include "header_files.h"
 
 #include <math.h>
 #include <zlib.h>
-
-static const uint64_t dims[3] = {3, 2, 2};
-static const int16_t voxels[12] = {0, -1, 255, 256, 32767, -32768, 7, 8, 9, 10, 11, 0x1234};
 
 #define SHAPE  "type: short\ndimension: 3\nsizes: 3 2 2\nendian: little\n"
 #define HEADER "NRRD0004\n" SHAPE "encoding: raw\n"
@@ -15,14 +12,9 @@ static const char *put_nrrd(const char *header)
     return put_file("v.nrrd", header, voxels, sizeof voxels);
 }
 
-static void *swapped(void)
+static const char *put_nhdr(const char *header)
 {
-    static unsigned char big[24];
-    for (int i = 0; i < 12; i++) {
-        big[2 * i] = ((const unsigned char *)voxels)[2 * i + 1];
-        big[2 * i + 1] = ((const unsigned char *)voxels)[2 * i];
-    }
-    return big;
+    return put_file("v.nhdr", header, NULL, 0);
 }
 
 /* gzip of n bytes, in members of at most `member` bytes. */
@@ -46,16 +38,14 @@ static size_t gzip(const void *src, size_t n, size_t member, unsigned char *dst,
 static void attached_raw(void **state)
 {
     (void)state;
-    expect_voxels(put_nrrd(HEADER "\n"), NULL, dims, BRICK_I16, voxels);
-    expect_voxels(
+    expect_all(put_nrrd(HEADER "\n"));
+    expect_all(
         put_nrrd("NRRD0001\r\n# comment: no field\r\ntype:int16_t\r\ndimension: 3 \r\nSIZES:  3\t2 2\r\n"
-                 "Endian: Little\r\nkey:=a: b\r\nunknown field: 7\r\nencoding: RAW\r\n\r\n"),
-        NULL, dims, BRICK_I16, voxels);
-    expect_voxels(put_file("v.nrrd",
-                           "NRRD0005\ntype: signed short int\ndimension: 3\nsizes: 3 2 2\nendian: big\n"
-                           "encoding: raw\ncontent: caf\xc3\xa9\nspace: LPS\n\n",
-                           swapped(), 24),
-                  NULL, dims, BRICK_I16, voxels);
+                 "Endian: Little\r\nkey:=a: b\r\nunknown field: 7\r\nencoding: RAW\r\n\r\n"));
+    expect_all(put_file("v.nrrd",
+                        "NRRD0005\ntype: signed short int\ndimension: 3\nsizes: 3 2 2\nendian: big\n"
+                        "encoding: raw\ncontent: caf\xc3\xa9\nspace: LPS\n\n",
+                        swapped(), 24));
     struct brick_source *source = open_source(in_folder("v.nrrd"), NULL);
     assert_string_equal(source->provenance,
                         "format: nrrd\nsource_type: i16\nsource_endian: big\nencoding: raw\n"
@@ -93,7 +83,7 @@ static void gzip_is_streamed(void **state)
     unsigned char packed[512];
     size_t n = gzip(voxels, sizeof voxels, 1000, packed, sizeof packed);
     const char *header = "NRRD0004\n" SHAPE "encoding: gzip\n\n";
-    expect_voxels(put_file("v.nrrd", header, packed, n), NULL, dims, BRICK_I16, voxels);
+    expect_all(put_file("v.nrrd", header, packed, n));
     struct brick_source *source = open_source(in_folder("v.nrrd"), NULL);
     assert_non_null(strstr(source->provenance, "encoding: gzip"));
     assert_int_equal(source->input_bytes, n);
@@ -127,14 +117,12 @@ static void gzip_is_streamed(void **state)
     /* Several members, bytes to skip inside the stream and lines before it; more than a buffer of it. */
     n = gzip(voxels, sizeof voxels, 7, packed, sizeof packed);
     assert_true(n > 0);
-    expect_voxels(put_file("v.nrrd", header, packed, n), NULL, dims, BRICK_I16, voxels);
+    expect_all(put_file("v.nrrd", header, packed, n));
     n = gzip(voxels, sizeof voxels, 1000, packed, sizeof packed);
     put_file("d.gz", "a\nb\n", packed, n);
     static const uint64_t flat[3] = {3, 2, 1};
-    expect_voxels(put_file("v.nhdr",
-                           "NRRD0004\ntype: short\ndimension: 2\nsizes: 3 2\nendian: little\nencoding: gzip\n"
-                           "line skip: 2\nbyte skip: 12\ndata file: d.gz\n",
-                           NULL, 0),
+    expect_voxels(put_nhdr("NRRD0004\ntype: short\ndimension: 2\nsizes: 3 2\nendian: little\nencoding: gzip\n"
+                           "line skip: 2\nbyte skip: 12\ndata file: d.gz\n"),
                   NULL, flat, BRICK_I16, voxels + 6);
 
     enum { SIDE = 96, COUNT = SIDE * SIDE * SIDE };
@@ -160,20 +148,16 @@ static void detached(void **state)
 {
     (void)state;
     put_file("data.raw", "header\nbytes", voxels, sizeof voxels);
-    expect_voxels(put_file("v.nhdr", HEADER "data file: data.raw\nbyte skip: -1\n", NULL, 0), NULL, dims,
-                  BRICK_I16, voxels);
-    expect_voxels(put_file("v.nhdr", HEADER "datafile: ./data.raw\nlineskip: 1\nbyteskip: 5\n\n", NULL, 0),
-                  NULL, dims, BRICK_I16, voxels);
+    expect_all(put_nhdr(HEADER "data file: data.raw\nbyte skip: -1\n"));
+    expect_all(put_nhdr(HEADER "datafile: ./data.raw\nlineskip: 1\nbyteskip: 5\n\n"));
     /* A name with % and no series is a name. */
     put_file("100%d", "", voxels, sizeof voxels);
-    expect_voxels(put_file("v.nhdr", HEADER "data file: 100%d", NULL, 0), NULL, dims, BRICK_I16, voxels);
-    expect_failure(put_file("v.nhdr", HEADER "data file: gone.raw\n", NULL, 0), NULL, BRICK_ERR_IO,
-                   "gone.raw");
-    expect_failure(put_file("v.nhdr", HEADER "data file: data.raw\nline skip: 9\n", NULL, 0), NULL,
-                   BRICK_ERR_FORMAT, "lines to be skipped");
-    expect_failure(
-        put_file("v.nhdr", HEADER "data file: data.raw\nbyte skip: 9223372036854775807\n", NULL, 0), NULL,
-        BRICK_ERR_FORMAT, "truncated");
+    expect_all(put_nhdr(HEADER "data file: 100%d"));
+    expect_failure(put_nhdr(HEADER "data file: gone.raw\n"), NULL, BRICK_ERR_IO, "gone.raw");
+    expect_failure(put_nhdr(HEADER "data file: data.raw\nline skip: 9\n"), NULL, BRICK_ERR_FORMAT,
+                   "lines to be skipped");
+    expect_failure(put_nhdr(HEADER "data file: data.raw\nbyte skip: 9223372036854775807\n"), NULL,
+                   BRICK_ERR_FORMAT, "truncated");
 }
 
 static void slices_in_files(void **state)
@@ -181,34 +165,25 @@ static void slices_in_files(void **state)
     (void)state;
     put_file("s1.raw", "", voxels, 12);
     put_file("s3.raw", "", voxels + 6, 12);
-    expect_voxels(put_file("v.nhdr", HEADER "data file: LIST\ns1.raw\ns3.raw\n", NULL, 0), NULL, dims,
-                  BRICK_I16, voxels);
-    expect_voxels(put_file("v.nhdr", HEADER "data file: s%d.raw 1 3 2\n", NULL, 0), NULL, dims, BRICK_I16,
-                  voxels);
+    expect_all(put_nhdr(HEADER "data file: LIST\ns1.raw\ns3.raw\n"));
+    expect_all(put_nhdr(HEADER "data file: s%d.raw 1 3 2\n"));
     /* Slabs: here each file is a volume of one slice. */
-    expect_voxels(put_file("v.nhdr", HEADER "data file: LIST 3\n\ns1.raw\r\ns3.raw", NULL, 0), NULL, dims,
-                  BRICK_I16, voxels);
+    expect_all(put_nhdr(HEADER "data file: LIST 3\n\ns1.raw\r\ns3.raw"));
     /* Rows in files, last row first. */
     for (int i = 0; i < 4; i++) {
         char name[16];
         snprintf(name, sizeof name, "r%03d", 3 - i);
         put_file(name, "", voxels + 3 * i, 6);
     }
-    expect_voxels(
-        put_file("v.nhdr",
-                 "NRRD0004\ntype: short\ndimension: 3\nsizes: 3 2 2\nendian: little\nencoding: raw\n"
-                 "data file: r%03d 3 0 -1 1\n",
-                 NULL, 0),
-        NULL, dims, BRICK_I16, voxels);
-    expect_failure(put_file("v.nhdr", HEADER "data file: LIST\ns1.raw\n", NULL, 0), NULL, BRICK_ERR_FORMAT,
+    expect_all(put_nhdr("NRRD0004\ntype: short\ndimension: 3\nsizes: 3 2 2\nendian: little\nencoding: raw\n"
+                        "data file: r%03d 3 0 -1 1\n"));
+    expect_failure(put_nhdr(HEADER "data file: LIST\ns1.raw\n"), NULL, BRICK_ERR_FORMAT,
                    "1 data files, its sizes need 2");
-    expect_failure(put_file("v.nhdr", HEADER "data file: LIST\ns1.raw\ns2.raw\n", NULL, 0), NULL,
-                   BRICK_ERR_IO, "s2.raw");
-    expect_failure(put_file("v.nhdr", HEADER "data file: s%d.raw 1 3\n", NULL, 0), NULL, BRICK_ERR_FORMAT,
-                   "3 data files");
+    expect_failure(put_nhdr(HEADER "data file: LIST\ns1.raw\ns2.raw\n"), NULL, BRICK_ERR_IO, "s2.raw");
+    expect_failure(put_nhdr(HEADER "data file: s%d.raw 1 3\n"), NULL, BRICK_ERR_FORMAT, "3 data files");
     put_file("s3.raw", "", voxels + 6, 11);
-    expect_failure(put_file("v.nhdr", HEADER "data file: LIST\ns1.raw\ns3.raw\n", NULL, 0), NULL,
-                   BRICK_ERR_FORMAT, "s3.raw: truncated");
+    expect_failure(put_nhdr(HEADER "data file: LIST\ns1.raw\ns3.raw\n"), NULL, BRICK_ERR_FORMAT,
+                   "s3.raw: truncated");
 }
 
 static void world(void **state)
@@ -266,14 +241,13 @@ static void kinds_tell_values_from_axes(void **state)
     static const double spaced[3][4] = {{0.5, 0, 0, 0}, {0, 0.25, 0, 0}, {0, 0, 2, 0}};
     const char *path =
         put_nrrd(FOUR "sizes: 1 3 2 2\nkinds: vector space space space\nspacings: nan 0.5 0.25 2\n\n");
-    expect_voxels(path, NULL, dims, BRICK_I16, voxels);
+    expect_all(path);
     expect_affine(path, NULL, spaced, 0);
     path = put_nrrd(FOUR "sizes: 3 2 2 1\nkinds: domain domain domain time\nspacings: 0.5 0.25 2 1\n\n");
-    expect_voxels(path, NULL, dims, BRICK_I16, voxels);
-    expect_voxels(put_nrrd(FOUR "sizes: 3 2 2 1\n\n"), NULL, dims, BRICK_I16, voxels);
-    expect_voxels(
-        put_nrrd(FOUR "sizes: 1 3 2 2\nspace: LPS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n\n"), NULL,
-        dims, BRICK_I16, voxels);
+    expect_all(path);
+    expect_all(put_nrrd(FOUR "sizes: 3 2 2 1\n\n"));
+    expect_all(
+        put_nrrd(FOUR "sizes: 1 3 2 2\nspace: LPS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n\n"));
     expect_failure(put_nrrd(FOUR "sizes: 3 2 2 1\nkinds: RGB-color domain domain domain\n\n"), NULL,
                    BRICK_ERR_UNSUPPORTED, "axis 0 (RGB-color, 3 values)");
     expect_failure(
@@ -303,12 +277,7 @@ static void slope_travels_as_keys(void **state)
 static void bad_headers(void **state)
 {
     (void)state;
-#define FORMAT BRICK_ERR_FORMAT
-    static const struct {
-        const char *header;
-        int code;
-        const char *says;
-    } table[] = {
+    static const struct bad_header table[] = {
         {"", FORMAT, "not a NRRD file"},
         {"NRRD0006\n" SHAPE "encoding: raw\n\n", FORMAT, "not a NRRD file"},
         {"NRRD0004", FORMAT, "truncated"},

@@ -23,14 +23,9 @@
 
 static uint64_t hash_file(const char *path)
 {
-    FILE *f = fopen(path, "rb");
-    assert_non_null(f);
-    fseek(f, 0, SEEK_END);
-    size_t n = (size_t)ftell(f);
-    rewind(f);
-    void *data = malloc(n);
-    assert_int_equal(fread(data, 1, n, f), n);
-    fclose(f);
+    size_t n;
+    void *data = read_file(path, &n);
+    assert_non_null(data);
     uint64_t hash = XXH3_64bits(data, n);
     free(data);
     return hash;

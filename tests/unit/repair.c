@@ -7,7 +7,6 @@
 #include <cmocka.h>
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -24,26 +23,12 @@ struct bytes {
     size_t n;
 };
 
-static struct bytes read_file(const char *path)
+static struct bytes bytes_of(const char *path)
 {
     struct bytes b;
-    FILE *f = fopen(path, "rb");
-    assert_non_null(f);
-    fseek(f, 0, SEEK_END);
-    b.n = (size_t)ftell(f);
-    rewind(f);
-    b.data = malloc(b.n + 1);
-    assert_int_equal(fread(b.data, 1, b.n, f), b.n);
-    fclose(f);
+    b.data = read_file(path, &b.n);
+    assert_non_null(b.data);
     return b;
-}
-
-static void write_file(const char *path, const void *bytes, size_t n)
-{
-    FILE *f = fopen(path, "wb");
-    assert_non_null(f);
-    assert_int_equal(fwrite(bytes, 1, n, f), n);
-    fclose(f);
 }
 
 /* A ball with texture in constant air: bricks of both kinds, and of a flat core with something in the border.
@@ -71,7 +56,7 @@ static struct bytes make(enum brick_type type, const struct brick_build_params *
     struct brick_volume *v = build_and_open(&source, "good.brick", params);
     brick_volume_close(&v);
     free(voxels);
-    return read_file(test_path("good.brick"));
+    return bytes_of(test_path("good.brick"));
 }
 
 static struct brick_build_params small_bricks(void)
@@ -110,7 +95,7 @@ static struct bytes repaired(const unsigned char *bad, size_t n, const struct br
     if (brick_volume_open(&v, to, &err) || brick_check(v, 2, NULL, NULL, &err))
         fail_msg("%s", err.message);
     brick_volume_close(&v);
-    return read_file(to);
+    return bytes_of(to);
 }
 
 static bool same(const struct bytes *a, const struct bytes *b)

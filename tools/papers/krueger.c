@@ -21,20 +21,17 @@ static const struct {
     {PAPER_LOBB, "Marschner-Lobb 64^3", {NAN, NAN, NAN, NAN}},
 };
 
-static void set_ways(const struct paper_volume *volume, struct vr_scene scenes[WAYS],
-                     struct vr_quality qualities[WAYS])
+static void set_way(const struct paper_volume *volume, size_t way, struct vr_scene *scene,
+                    struct vr_quality *quality)
 {
-    for (int w = 0; w < WAYS; w++) {
-        paper_scene(volume, BRICK_MODE_DVR, 0.0, false, &scenes[w]);
-        qualities[w] = vr_quality_defaults;
-        qualities[w].method = w == SLICES ? VR_METHOD_SLICES : VR_METHOD_MULTIPASS;
-        qualities[w].step_vox = 1.0;
-        qualities[w].termination = w >= TERMINATED ? 0.05 : 0.0;
-        qualities[w].skip = w == SKIPPED;
-        qualities[w].slices.planes = 0; /* one a step */
-        qualities[w].slices.back_to_front = true;
-        qualities[w].slices.framebuffer = VR_FRAMEBUFFER_8;
-    }
+    paper_scene(volume, BRICK_MODE_DVR, 0.0, false, scene);
+    quality->method = way == SLICES ? VR_METHOD_SLICES : VR_METHOD_MULTIPASS;
+    quality->step_vox = 1.0;
+    quality->termination = way >= TERMINATED ? 0.05 : 0.0;
+    quality->skip = way == SKIPPED;
+    quality->slices.planes = 0; /* one a step */
+    quality->slices.back_to_front = true;
+    quality->slices.framebuffer = VR_FRAMEBUFFER_8;
 }
 
 int paper_krueger(struct papers *papers, struct brick_error *err)
@@ -53,22 +50,16 @@ int paper_krueger(struct papers *papers, struct brick_error *err)
     };
     int code = BRICK_OK;
     for (size_t r = 0; r < sizeof rows / sizeof *rows && !code; r++) {
-        const struct paper_volume *volume = &papers->volume[rows[r].kind];
-        struct vr_scene scenes[WAYS];
-        struct vr_quality qualities[WAYS];
-        struct vr_report reports[WAYS];
-        double seconds[WAYS];
-        if ((code = paper_volume_open(papers, rows[r].kind, err)) || !volume->volume)
+        struct paper_time times[WAYS];
+        if ((code = paper_measure(papers, rows[r].kind, set_way, WAYS, times, err)) ||
+            !papers->volume[rows[r].kind].volume)
             continue;
-        set_ways(volume, scenes, qualities);
-        if ((code = paper_measure(papers, volume, scenes, qualities, WAYS, seconds, reports, err)))
-            break;
         struct paper_row *row = paper_row_add(&table, rows[r].like);
         for (int w = 0; w < WAYS; w++)
-            row->value[w] = 1.0 / seconds[w];
+            row->value[w] = 1.0 / times[w].seconds;
         static const int compared[] = {SLICES, TERMINATED, SKIPPED};
         for (int i = 0; i < 3; i++) {
-            row->value[4 + 2 * i] = seconds[PLAIN] / seconds[compared[i]];
+            row->value[4 + 2 * i] = times[PLAIN].seconds / times[compared[i]].seconds;
             row->value[5 + 2 * i] = rows[r].paper[compared[i]] / rows[r].paper[PLAIN];
         }
     }

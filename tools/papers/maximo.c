@@ -17,6 +17,15 @@ static const struct {
     {PAPER_LOBB, "Marschner-Lobb 64^3 (fuel)", 88.5, 5.99, 64.28},
 };
 
+static void set_way(const struct paper_volume *volume, size_t way, struct vr_scene *scene,
+                    struct vr_quality *quality)
+{
+    (void)way; /* the only one */
+    paper_scene(volume, BRICK_MODE_DVR, 0.0, true, scene);
+    quality->method = VR_METHOD_CELLS;
+    quality->cells_integration = VR_CELLS_PSI;
+}
+
 int paper_maximo(struct papers *papers, struct brick_error *err)
 {
     struct paper_table rates = {
@@ -38,30 +47,23 @@ int paper_maximo(struct papers *papers, struct brick_error *err)
     };
     int code = BRICK_OK;
     for (size_t r = 0; r < sizeof rows / sizeof *rows && !code; r++) {
-        const struct paper_volume *volume = &papers->volume[rows[r].kind];
-        struct vr_quality quality = vr_quality_defaults;
-        struct vr_scene scene;
-        struct vr_report report;
-        double seconds;
-        if ((code = paper_volume_open(papers, rows[r].kind, err)) || !volume->volume)
+        struct paper_time time;
+        const struct vr_report *report = &time.report;
+        if ((code = paper_measure(papers, rows[r].kind, set_way, 1, &time, err)) ||
+            !papers->volume[rows[r].kind].volume)
             continue;
-        paper_scene(volume, BRICK_MODE_DVR, 0.0, true, &scene);
-        quality.method = VR_METHOD_CELLS;
-        quality.cells_integration = VR_CELLS_PSI;
-        if ((code = paper_measure(papers, volume, &scene, &quality, 1, &seconds, &report, err)))
-            break;
         struct paper_row *row = paper_row_add(&rates, rows[r].like);
-        row->value[0] = 1e-6 * (double)report.tetrahedra;
-        row->value[1] = 1.0 / seconds;
-        row->value[2] = 1e-6 * (double)report.tetrahedra / seconds;
-        row->value[3] = 1e-6 * (double)report.samples / seconds;
-        row->value[4] = (double)report.tetrahedra / (double)report.samples;
+        row->value[0] = 1e-6 * (double)report->tetrahedra;
+        row->value[1] = 1.0 / time.seconds;
+        row->value[2] = 1e-6 * (double)report->tetrahedra / time.seconds;
+        row->value[3] = 1e-6 * (double)report->samples / time.seconds;
+        row->value[4] = (double)report->tetrahedra / (double)report->samples;
         row->value[5] = rows[r].nominal / rows[r].effective;
         row->value[6] = rows[r].effective;
         row = paper_row_add(&shares, rows[r].like);
-        row->value[0] = report.seconds_setup;
-        row->value[1] = report.seconds_draw;
-        row->value[2] = 100.0 * report.seconds_draw / (report.seconds_draw + report.seconds_setup);
+        row->value[0] = report->seconds_setup;
+        row->value[1] = report->seconds_draw;
+        row->value[2] = 100.0 * report->seconds_draw / (report->seconds_draw + report->seconds_setup);
         row->value[3] = rows[r].render_percent;
     }
     if (code)

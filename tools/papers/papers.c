@@ -10,10 +10,9 @@
 #include <brick/build.h>
 #include <formats/formats.h>
 
-#include "../bench.h"
+#include "../bench_view.h"
 #include "../figure.h"
 #include "../message.h"
-#include "../options.h"
 #include "../transfer.h"
 #include "table.h"
 
@@ -51,16 +50,14 @@ static const struct {
 void paper_scene(const struct paper_volume *v, enum brick_mode mode, double azimuth, bool parallel,
                  struct vr_scene *scene)
 {
-    const struct brick_grid *grid = brick_volume_grid(v->volume);
-    double spacing[3], diagonal = 0.0;
-    brick_grid_spacing_mm(grid, spacing);
-    for (int a = 0; a < 3; a++)
-        diagonal = hypot(diagonal, spacing[a] * (double)grid->dims[a]);
-    *scene = vr_scene_defaults;
+    const struct bench_view view = {.size = {512, 512},
+                                    .orbit = {azimuth, 10.0},
+                                    .ortho_mm = parallel ? bench_view_diagonal_mm(v->volume) : 0.0,
+                                    .iso = v->iso[1],
+                                    .has_iso = true};
+    bench_view_scene(&view, v->volume, scene);
     scene->mode = mode;
     scene->transfer = mode == BRICK_MODE_ISO ? NULL : v->transfer;
-    scene->isovalue = v->iso[1];
-    brick_camera_orbit(&scene->camera, grid, azimuth, 10.0, 0.0, parallel ? diagonal : 0.0, 1.0);
 }
 
 int paper_tables_show(const struct papers *papers, const struct paper_table *const tables[], size_t count,
@@ -141,26 +138,31 @@ static void turn(struct vr_scene *scene, const struct paper_volume *volume, uint
                        height, 1.0);
 }
 
-int paper_measure(const struct papers *papers, const struct paper_volume *volume,
-                  const struct vr_scene *scenes, const struct vr_quality *qualities, size_t ways,
-                  double *seconds, struct vr_report *reports, struct brick_error *err)
+int paper_measure(struct papers *papers, int kind, paper_way *way, size_t ways, struct paper_time *times,
+                  struct brick_error *err)
 {
-    static double times[PAPER_WAYS][BENCH_REPEAT_MAX];
+    static double seconds[PAPER_WAYS][BENCH_REPEAT_MAX];
+    const struct paper_volume *volume = &papers->volume[kind];
     struct vr_renderer *renderer = NULL;
     struct brick_image image = {0};
-    int code = brick_image_init(&image, scenes[0].width, scenes[0].height, err);
+    int code = paper_volume_open(papers, kind, err);
+    if (code || !volume->volume)
+        return code;
+    code = brick_image_init(&image, vr_scene_defaults.width, vr_scene_defaults.height, err);
     if (!code)
         code = vr_renderer_create(&renderer, volume->volume, &papers->renderer, err);
     for (uint32_t frame = 0; frame <= papers->frames && !code; frame++)
         for (size_t w = 0; w < ways && !code; w++) {
-            struct vr_scene scene = scenes[w];
+            struct vr_scene scene;
+            struct vr_quality quality = vr_quality_defaults;
+            way(volume, w, &scene, &quality);
             turn(&scene, volume, frame);
-            code = vr_render(renderer, &scene, &qualities[w], &image, &reports[w], err);
+            code = vr_render(renderer, &scene, &quality, &image, &times[w].report, err);
             if (frame)
-                times[w][frame - 1] = reports[w].seconds_frame;
+                seconds[w][frame - 1] = times[w].report.seconds_frame;
         }
     for (size_t w = 0; w < ways && !code; w++)
-        seconds[w] = bench_spread(times[w], papers->frames).median;
+        times[w].seconds = bench_spread(seconds[w], papers->frames).median;
     vr_renderer_destroy(&renderer);
     brick_image_finish(&image);
     return code;
@@ -175,6 +177,7 @@ int bench_papers(int argc, char **argv)
         names[c + 1] = chapters[c].name;
     const struct tool_option options[] = {
         {"output", .letter = 'o', .value = "DIR", .parse = tool_parse_text, .target = &r.papers.folder,
+         .required = true,
          .help = "folder for the tables as text and CSV, and plots; volumes are there meanwhile"},
         {"ct", .value = "FILE.brick", .parse = tool_parse_text, .target = &r.scan[PAPER_CT],
          .help = "a CT in Hounsfield units, for the rows on real data"},
@@ -183,8 +186,7 @@ int bench_papers(int argc, char **argv)
         {"only", .value = "PAPER", .parse = tool_parse_choice, .target = &r.only,
          .limits = {.choices = names},
          .help = "all (default), or the tables of one paper, by its first author"},
-        {"frames", .value = "N", .parse = tool_parse_u32, .target = &r.papers.frames,
-         .limits = {.min = 1, .max = BENCH_REPEAT_MAX}, .help = "frames to take the median of (default 3)"},
+        {BENCH_FRAMES("3"), .target = &r.papers.frames},
         TOOL_OPTION_THREADS(&r.papers.renderer.threads),
     };
     const struct tool_usage usage = {
@@ -192,16 +194,13 @@ int bench_papers(int argc, char **argv)
         .arguments = "-o DIR [OPTIONS]",
         .summary =
             "The tables of the five papers again, as ratios measured in one run beside the papers' own.",
-        .options = options,
-        .option_count = TOOL_COUNT(options),
-        .positional = "no arguments",
+        .options = {options, TOOL_COUNT(options)},
+        .positional = {0, 0, "no arguments"},
     };
     struct brick_error err = {0};
     int code = tool_options(&usage, argc, argv, &first);
     if (code >= 0)
         return code;
-    if (!r.papers.folder)
-        return tool_misuse(COMMAND, "no output: -o DIR");
     for (int kind = 0; kind < PAPER_VOLUMES; kind++)
         if (r.scan[kind])
             snprintf(r.papers.volume[kind].path, sizeof r.papers.volume[kind].path, "%s", r.scan[kind]);

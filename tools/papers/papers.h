@@ -47,12 +47,18 @@ int paper_tables_show(const struct papers *papers, const struct paper_table *con
 void paper_scene(const struct paper_volume *volume, enum brick_mode mode, double azimuth, bool parallel,
                  struct vr_scene *scene);
 
-/* Ways to draw one scene, timed in turns, each frame from another side; the first, which loads and compiles,
- * not counted. seconds: medians; reports: of the last frame. */
+/* One of the ways to draw a volume; quality comes as the default. */
+typedef void paper_way(const struct paper_volume *volume, size_t way, struct vr_scene *scene,
+                       struct vr_quality *quality);
+struct paper_time {
+    double seconds;          /* median */
+    struct vr_report report; /* of the last frame */
+};
+/* Open a volume and time the ways in turns, each frame from another side; the first, which loads and
+ * compiles, not counted. Nothing is timed where paper_volume_open leaves it closed. */
 enum { PAPER_WAYS = 8 };
-int paper_measure(const struct papers *papers, const struct paper_volume *volume,
-                  const struct vr_scene *scenes, const struct vr_quality *qualities, size_t ways,
-                  double *seconds, struct vr_report *reports, struct brick_error *err);
+int paper_measure(struct papers *papers, int kind, paper_way *way, size_t ways, struct paper_time *times,
+                  struct brick_error *err);
 
 /* Each makes its tables in the folder and prints them. */
 int paper_krueger(struct papers *papers, struct brick_error *err);

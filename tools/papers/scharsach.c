@@ -23,21 +23,18 @@ static const struct {
 
 enum { BASIC, GEOMETRY, REFINED, LEAPS, DVR, SHADED, WAYS };
 
-static void set_ways(const struct paper_volume *volume, struct vr_scene scenes[WAYS],
-                     struct vr_quality qualities[WAYS])
+static void set_way(const struct paper_volume *volume, size_t way, struct vr_scene *scene,
+                    struct vr_quality *quality)
 {
-    for (int w = 0; w < WAYS; w++) {
-        paper_scene(volume,
-                    w < DVR    ? BRICK_MODE_ISO
-                    : w == DVR ? BRICK_MODE_DVR
-                               : BRICK_MODE_SHADED,
-                    0.0, false, &scenes[w]);
-        qualities[w] = vr_quality_defaults;
-        qualities[w].step_vox = w == REFINED ? 5.0 : 1.0;
-        qualities[w].refinements = 6;
-        qualities[w].skip = w == LEAPS;
-        qualities[w].setup = w == BASIC || w == LEAPS ? VR_SETUP_BOX : VR_SETUP_GEOMETRY;
-    }
+    paper_scene(volume,
+                way < DVR    ? BRICK_MODE_ISO
+                : way == DVR ? BRICK_MODE_DVR
+                             : BRICK_MODE_SHADED,
+                0.0, false, scene);
+    quality->step_vox = way == REFINED ? 5.0 : 1.0;
+    quality->refinements = 6;
+    quality->skip = way == LEAPS;
+    quality->setup = way == BASIC || way == LEAPS ? VR_SETUP_BOX : VR_SETUP_GEOMETRY;
 }
 
 static int add_blocking(const struct paper_volume *volume, struct paper_table *table, struct brick_error *err)
@@ -91,28 +88,22 @@ int paper_scharsach(struct papers *papers, struct brick_error *err)
     int code = BRICK_OK;
     for (size_t r = 0; r < sizeof rows / sizeof *rows && !code; r++) {
         const struct paper_volume *volume = &papers->volume[rows[r].kind];
-        struct vr_scene scenes[WAYS];
-        struct vr_quality qualities[WAYS];
-        struct vr_report reports[WAYS];
-        double seconds[WAYS];
-        if ((code = paper_volume_open(papers, rows[r].kind, err)) || !volume->volume)
-            continue;
-        set_ways(volume, scenes, qualities);
-        if ((code = paper_measure(papers, volume, scenes, qualities, WAYS, seconds, reports, err)) ||
+        struct paper_time times[WAYS];
+        if ((code = paper_measure(papers, rows[r].kind, set_way, WAYS, times, err)) || !volume->volume ||
             (code = add_blocking(volume, &blocks, err)))
-            break;
+            continue;
         struct paper_row *row = paper_row_add(&iso, volume->name);
         for (int w = 0; w < DVR; w++)
-            row->value[w] = 1.0 / seconds[w];
-        row->value[4] = seconds[BASIC] / seconds[GEOMETRY];
+            row->value[w] = 1.0 / times[w].seconds;
+        row->value[4] = times[BASIC].seconds / times[GEOMETRY].seconds;
         row->value[5] = rows[r].geometry / rows[r].basic;
-        row->value[6] = seconds[BASIC] / seconds[REFINED];
+        row->value[6] = times[BASIC].seconds / times[REFINED].seconds;
         row->value[7] = rows[r].refined / rows[r].basic;
-        row->value[8] = seconds[BASIC] / seconds[LEAPS];
+        row->value[8] = times[BASIC].seconds / times[LEAPS].seconds;
         row = paper_row_add(&dvr, volume->name);
-        row->value[0] = 1.0 / seconds[DVR];
-        row->value[1] = 1.0 / seconds[SHADED];
-        row->value[2] = seconds[SHADED] / seconds[DVR];
+        row->value[0] = 1.0 / times[DVR].seconds;
+        row->value[1] = 1.0 / times[SHADED].seconds;
+        row->value[2] = times[SHADED].seconds / times[DVR].seconds;
         row->value[3] = rows[r].dvr / rows[r].shaded;
         if (rows[r].kind != PAPER_BODY_SMALL)
             paper_volume_close(papers, rows[r].kind);

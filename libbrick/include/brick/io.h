@@ -52,6 +52,18 @@ int brick_io_sync(const struct brick_io *io, struct brick_error *err);
 /* rename(from, to), then sync the folder, so that the name survives a power cut. */
 int brick_io_rename(const char *from, const char *to, struct brick_error *err);
 
+/* A file that is complete where it carries its name: until it is published it is called PATH.part. */
+struct brick_part {
+    struct brick_io io; /* of PATH.part; closed: there is none */
+    char *path;         /* the final name, owned */
+};
+/* part: zero bytes and a closed io, as discard leaves it. */
+int brick_part_create(struct brick_part *part, const char *path, struct brick_error *err);
+/* Sync, rename, close. */
+int brick_part_publish(struct brick_part *part, struct brick_error *err);
+/* Remove what is not published; always called at the end. */
+void brick_part_discard(struct brick_part *part);
+
 #ifdef __cplusplus
 }
 #endif

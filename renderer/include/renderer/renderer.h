@@ -16,8 +16,8 @@ enum vr_context_kind {
     VR_CONTEXT_AUTO, /* EGL or, if it gives none, OSMesa */
     VR_CONTEXT_EGL,
     VR_CONTEXT_OSMESA,
-    VR_CONTEXT_CPU /* no OpenGL: the raycast method's dvr, shaded and mip, without meshes, on the processor;
-                      of pictures' bytes those of an OpenGL that rounds as IEEE 754 says */
+    VR_CONTEXT_CPU /* no OpenGL: the raycast method's dvr, shaded and mip, on the processor; of pictures'
+                      bytes those of an OpenGL that rounds as IEEE 754 says, but where meshes are seen */
 };
 
 /* Keeps the points of the world with normal . x >= offset. */
@@ -304,8 +304,8 @@ int vr_isotracer_create(struct vr_isotracer **tracer, const struct brick_volume 
 void vr_isotracer_destroy(struct vr_isotracer **tracer);
 
 /* image has scene->width x scene->height. BRICK_ERR_ARGUMENT for what the structs above exclude, and
- * BRICK_ERR_UNSUPPORTED for meshes, and the errors of reading bricks. report->samples counts
- * the cells whose cubic was formed. */
+ * the errors of reading bricks. Meshes and surfaces shade each other. report->samples counts the cells whose
+ * cubic was formed. */
 int vr_render_isotrace(struct vr_isotracer *tracer, const struct vr_scene *scene,
                        const struct vr_isotrace_params *params, struct brick_image *image,
                        struct vr_report *report, struct brick_error *err);

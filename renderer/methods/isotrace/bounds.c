@@ -8,19 +8,16 @@
 
 #include <brick/checked.h>
 
+#include "vector.h"
+
 /* No box needs to be smaller in the picture than this. */
 #define PIXELS_MIN 3.0
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /* A step of the picture, or a direction, in mm. */
 static void to_mm(const struct brick_view *view, const double v[3], double mm[3])
 {
     for (int i = 0; i < 3; i++)
-        mm[i] = dot(view->linear[i], v);
+        mm[i] = vr_dot(view->linear[i], v);
 }
 
 static void set_camera(struct vr_iso_bounds *b, const struct brick_view *view)
@@ -28,7 +25,7 @@ static void set_camera(struct vr_iso_bounds *b, const struct brick_view *view)
     const struct brick_level *level = b->frame->level;
     double axis[3][3], length[3], centre[3];
     to_mm(view, view->origin_u, axis[0]);
-    b->parallel = dot(axis[0], axis[0]) > 0.0;
+    b->parallel = vr_dot(axis[0], axis[0]) > 0.0;
     if (!b->parallel)
         to_mm(view, view->dir_u, axis[0]);
     to_mm(view, b->parallel ? view->origin_v : view->dir_v, axis[1]);
@@ -37,8 +34,8 @@ static void set_camera(struct vr_iso_bounds *b, const struct brick_view *view)
             axis[0][(i + 1) % 3] * axis[1][(i + 2) % 3] - axis[0][(i + 2) % 3] * axis[1][(i + 1) % 3];
     to_mm(view, view->dir, centre);
     for (int k = 0; k < 3; k++) {
-        length[k] = sqrt(dot(axis[k], axis[k]));
-        if (k == 2 && dot(axis[2], centre) < 0.0)
+        length[k] = sqrt(vr_dot(axis[k], axis[k]));
+        if (k == 2 && vr_dot(axis[2], centre) < 0.0)
             length[k] = -length[k];
         for (int i = 0; i < 3; i++)
             axis[k][i] /= length[k];
@@ -55,8 +52,8 @@ static void set_camera(struct vr_iso_bounds *b, const struct brick_view *view)
     }
     for (int k = 0; k < 2;
          k++) { /* perspective: ray = dir + u dir_u + v dir_v, whose ratio to forward it is */
-        b->scale[k] = (b->parallel ? 1.0 : dot(axis[2], centre)) / length[k];
-        b->shift[k] = b->parallel ? 0.0 : -dot(axis[k], centre) / length[k];
+        b->scale[k] = (b->parallel ? 1.0 : vr_dot(axis[2], centre)) / length[k];
+        b->shift[k] = b->parallel ? 0.0 : -vr_dot(axis[k], centre) / length[k];
     }
 }
 

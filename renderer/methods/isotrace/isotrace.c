@@ -15,26 +15,13 @@
 #include <brick/checked.h>
 #include <brick/threads.h>
 
-#include "bounds.h"
 #include "layout.h"
 #include "map.h"
-#include "pins.h"
-#include "scene.h"
-#include "shade.h"
 #include "split.h"
-
-enum { TILE_WIDTH = 16, TILE_HEIGHT = 8, TILE_PIXELS = TILE_WIDTH * TILE_HEIGHT };
-_Static_assert((int)TILE_PIXELS <= (int)VR_ISO_RAYS, "a tile is traced in one go");
+#include "tile.h"
 
 const struct vr_isotracer_params vr_isotracer_defaults = {.host_cache_bytes = UINT64_C(1) << 30};
 const struct vr_isotrace_params vr_isotrace_defaults = {.termination = 1e-4, .skip = true};
-
-struct worker {
-    struct vr_iso_activity activity;
-    struct vr_iso_pin pin;
-    struct vr_iso_walk walk[TILE_PIXELS], shadow[TILE_PIXELS];
-    struct brick_ray ray[TILE_PIXELS];
-};
 
 struct vr_isotracer {
     const struct brick_volume *volume;
@@ -42,21 +29,17 @@ struct vr_isotracer {
     uint64_t budget_bytes;
     struct brick_cache *cache;
     struct brick_pool *pool;
-    struct worker *workers;
+    struct vr_iso_worker *workers;
     unsigned threads;
     struct vr_iso_layout_copy copy;
     struct vr_iso_map map;
     struct vr_iso_bounds bounds;
+    struct vr_mesh_view meshes;
 };
 
-struct picture {
+struct job {
     struct vr_isotracer *tracer;
-    struct vr_iso_frame frame;
-    struct vr_iso_shading shading;
-    struct brick_view view;
-    struct vr_clip clip;
-    struct brick_image *image;
-    uint32_t tiles_x, tiles;
+    struct vr_iso_picture picture;
     atomic_uint_fast32_t next; /* tiles handed out */
     atomic_bool stop;          /* a thread has failed */
 };
@@ -102,7 +85,7 @@ void vr_isotracer_destroy(struct vr_isotracer **tracer)
     if (!t)
         return;
     for (unsigned i = 0; i < t->threads; i++)
-        for (int k = 0; k < TILE_PIXELS; k++) {
+        for (int k = 0; k < VR_ISO_TILE_PIXELS; k++) {
             vr_iso_walk_finish(&t->workers[i].walk[k]);
             vr_iso_walk_finish(&t->workers[i].shadow[k]);
         }
@@ -110,108 +93,37 @@ void vr_isotracer_destroy(struct vr_isotracer **tracer)
     vr_iso_layout_finish(&t->copy);
     vr_iso_map_finish(&t->map);
     vr_iso_bounds_finish(&t->bounds);
+    vr_mesh_view_finish(&t->meshes);
     brick_pool_destroy(&t->pool);
     brick_cache_destroy(&t->cache);
     free(t);
     *tracer = NULL;
 }
 
-static int trace_shadows(struct worker *w, struct vr_iso_hit *const *lit, size_t n, struct brick_error *err)
-{
-    int code = vr_iso_trace(w->shadow, n, &w->pin, err);
-    for (size_t i = 0; i < n && !code; i++)
-        lit[i]->light = w->shadow[i].transmittance;
-    return code;
-}
-
-/* How much of the light reaches each of the tile's hits. */
-static int cast_shadows(const struct picture *p, struct worker *w, size_t n, struct brick_error *err)
-{
-    struct vr_iso_hit *lit[TILE_PIXELS];
-    size_t waiting = 0;
-    int code = BRICK_OK;
-    for (size_t i = 0; i < n; i++)
-        for (size_t k = 0; k < w->walk[i].hit_count && !code; k++) {
-            struct brick_ray to_light;
-            double enter, leave;
-            lit[waiting] = &w->walk[i].hits[k];
-            if (!vr_iso_shadow_ray(&p->shading, &w->ray[i], lit[waiting], &to_light, &enter, &leave) ||
-                !vr_clip_span(&p->clip, &to_light, &enter, &leave)) /* what is cut away casts no shadow */
-                continue;
-            vr_iso_start(&w->shadow[waiting], &to_light, enter, leave);
-            if (++waiting == TILE_PIXELS) {
-                code = trace_shadows(w, lit, waiting, err);
-                waiting = 0;
-            }
-        }
-    return code ? code : trace_shadows(w, lit, waiting, err);
-}
-
-static int render_tile(const struct picture *p, struct worker *w, uint32_t tile, struct brick_error *err)
-{
-    const uint32_t x0 = tile % p->tiles_x * TILE_WIDTH, y0 = tile / p->tiles_x * TILE_HEIGHT,
-                   x1 = x0 + TILE_WIDTH < p->image->width ? x0 + TILE_WIDTH : p->image->width,
-                   y1 = y0 + TILE_HEIGHT < p->image->height ? y0 + TILE_HEIGHT : p->image->height;
-    float *rgba[TILE_PIXELS];
-    struct vr_iso_reach reach = {0};
-    size_t n = 0;
-    for (uint32_t y = y0; y < y1; y++) {
-        float *row = &p->image->rgba[(size_t)y * p->image->width * 4];
-        memset(row + 4 * x0, 0, (x1 - x0) * 4 * sizeof *row);
-        for (uint32_t x = x0; x < x1; x++) {
-            double enter, leave;
-            if (x % VR_ISO_BLOCK == 0)
-                reach = vr_iso_bounds_of(&p->tracer->bounds, x, y);
-            if (!(reach.near < reach.far))
-                continue;
-            rgba[n] = row + 4 * x;
-            brick_view_ray(&p->view, x, y, &w->ray[n]);
-            if (!brick_ray_span(&w->ray[n], p->frame.grid, &enter, &leave) ||
-                !vr_clip_span(&p->clip, &w->ray[n], &enter, &leave))
-                continue;
-            enter = enter > (double)reach.near ? enter : (double)reach.near;
-            leave = leave < (double)reach.far ? leave : (double)reach.far;
-            if (!(enter < leave))
-                continue;
-            vr_iso_start(&w->walk[n], &w->ray[n], enter, leave);
-            n++;
-        }
-    }
-    int code = vr_iso_trace(w->walk, n, &w->pin, err);
-    vr_iso_now(&w->activity, VR_ISO_SHADING);
-    if (!code && p->shading.shadows)
-        code = cast_shadows(p, w, n, err);
-    for (size_t i = 0; i < n && !code; i++)
-        if (w->walk[i].hit_count)
-            vr_iso_shade(&p->shading, &w->walk[i], &w->ray[i], rgba[i]);
-    vr_iso_now(&w->activity, VR_ISO_TRAVERSAL);
-    return code;
-}
-
 /* The next grant: tiles [*first, return value). */
-static uint32_t take_grant(struct picture *p, uint32_t *first)
+static uint32_t take_grant(struct job *j, uint32_t *first)
 {
-    uint_fast32_t at = atomic_load(&p->next), end;
+    uint_fast32_t at = atomic_load(&j->next), end;
     do {
-        uint_fast32_t share = (p->tiles - at) / (8 * p->tracer->threads);
+        uint_fast32_t share = (j->picture.tiles - at) / (8 * j->tracer->threads);
         end = at + (share ? share : 1);
-        if (at >= p->tiles)
+        if (at >= j->picture.tiles)
             end = at;
-    } while (!atomic_compare_exchange_weak(&p->next, &at, end));
+    } while (!atomic_compare_exchange_weak(&j->next, &at, end));
     *first = (uint32_t)at;
     return (uint32_t)end;
 }
 
 static int work(void *context, uint64_t item, unsigned worker, struct brick_error *err)
 {
-    struct picture *p = context;
+    struct job *j = context;
     uint32_t tile, end;
     (void)item;
-    while (tile = 0, end = take_grant(p, &tile), tile < end)
-        for (; tile < end && !atomic_load_explicit(&p->stop, memory_order_relaxed); tile++) {
-            int code = render_tile(p, &p->tracer->workers[worker], tile, err);
+    while (tile = 0, end = take_grant(j, &tile), tile < end)
+        for (; tile < end && !atomic_load_explicit(&j->stop, memory_order_relaxed); tile++) {
+            int code = vr_iso_tile_draw(&j->picture, &j->tracer->workers[worker], tile, err);
             if (code) {
-                atomic_store(&p->stop, true);
+                atomic_store(&j->stop, true);
                 return code;
             }
         }
@@ -227,9 +139,6 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
                           grid->levels - 1);
     if (image->width != scene->width || image->height != scene->height)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "the image's size is not the scene's");
-    if (scene->mesh_count > 0)
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "isotrace draws no meshes; raycast and the exact method do");
     if (params->surface_count > VR_ISO_MAX_SURFACES)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "%u isosurfaces are more than %d", params->surface_count,
                           VR_ISO_MAX_SURFACES);
@@ -250,7 +159,7 @@ static int check(const struct brick_grid *grid, const struct vr_scene *scene,
     return vr_scene_check_parts(scene, err);
 }
 
-static void set_surfaces(struct picture *p, const struct vr_scene *scene,
+static void set_surfaces(struct vr_iso_picture *p, const struct vr_scene *scene,
                          const struct vr_isotrace_params *params)
 {
     struct vr_iso_surface one = {.isovalue = scene->isovalue, .opacity = 1.0};
@@ -304,17 +213,17 @@ static void *sample_phases(void *argument)
     return NULL;
 }
 
-static int run(struct picture *p, struct vr_iso_profile *profile, struct brick_error *err)
+static int run(struct job *j, struct vr_iso_profile *profile, struct brick_error *err)
 {
-    struct sampler sampler = {.tracer = p->tracer, .profile = profile};
+    struct sampler sampler = {.tracer = j->tracer, .profile = profile};
     pthread_t thread;
     bool sampling = profile && pthread_create(&thread, NULL, sample_phases, &sampler) == 0;
     if (profile && !sampling)
         return brick_fail(err, BRICK_ERR_MEMORY, "isotrace: the system refuses a thread for the profile");
-    int code = brick_pool_run(p->tracer->pool, (p->tracer->map.bricks + BOUNDS_BRICKS - 1) / BOUNDS_BRICKS,
-                              bound, p->tracer, err);
+    int code = brick_pool_run(j->tracer->pool, (j->tracer->map.bricks + BOUNDS_BRICKS - 1) / BOUNDS_BRICKS,
+                              bound, j->tracer, err);
     if (!code)
-        code = brick_pool_run(p->tracer->pool, p->tracer->threads, work, p, err);
+        code = brick_pool_run(j->tracer->pool, j->tracer->threads, work, j, err);
     if (sampling) {
         atomic_store(&sampler.stop, true);
         pthread_join(thread, NULL);
@@ -328,48 +237,51 @@ int vr_render_isotrace(struct vr_isotracer *t, const struct vr_scene *scene,
 {
     uint64_t started_ns = brick_now_ns(), cells = 0;
     struct brick_cache_counters before, after;
-    struct picture p = {.tracer = t, .image = image};
+    struct job job = {.tracer = t, .picture = {.bounds = &t->bounds, .meshes = &t->meshes, .image = image}};
+    struct vr_iso_picture *p = &job.picture;
 
     int code = check(t->grid, scene, params, image, err);
     if (!code)
-        code = brick_view_init(&p.view, &scene->camera, t->grid, scene->width, scene->height, err);
+        code = brick_view_init(&p->view, &scene->camera, t->grid, scene->width, scene->height, err);
     if (!code)
         code = vr_iso_layout_make(&t->copy, t->volume, scene->level, t->budget_bytes, err);
     if (code)
         return code;
-    p.frame.grid = t->grid;
-    p.frame.level = &t->grid->level[scene->level];
-    p.frame.kernel = vr_iso_kernel_of(t->grid->type, t->copy.layout == VR_ISO_TILED);
-    p.frame.termination = params->termination;
-    p.frame.skip = params->skip;
-    p.frame.flat = t->copy.layout == VR_ISO_FLAT ? t->copy.blocks : NULL;
-    vr_scene_clip(scene, t->grid, &p.clip);
-    vr_iso_shading_init(&p.shading, t->grid, scene, params);
-    set_surfaces(&p, scene, params);
-    p.tiles_x = (image->width + TILE_WIDTH - 1) / TILE_WIDTH;
-    p.tiles = p.tiles_x * ((image->height + TILE_HEIGHT - 1) / TILE_HEIGHT);
-    p.frame.map = &t->map;
-    code = vr_iso_map_make(&t->map, t->volume, &p.frame, err);
+    p->frame.grid = t->grid;
+    p->frame.level = &t->grid->level[scene->level];
+    p->frame.kernel = vr_iso_kernel_of(t->grid->type, t->copy.layout == VR_ISO_TILED);
+    p->frame.termination = params->termination;
+    p->frame.skip = params->skip;
+    p->frame.flat = t->copy.layout == VR_ISO_FLAT ? t->copy.blocks : NULL;
+    vr_scene_clip(scene, t->grid, &p->clip);
+    vr_iso_shading_init(&p->shading, t->grid, scene, params);
+    set_surfaces(p, scene, params);
+    p->tiles_x = (image->width + VR_ISO_TILE_WIDTH - 1) / VR_ISO_TILE_WIDTH;
+    p->tiles = p->tiles_x * ((image->height + VR_ISO_TILE_HEIGHT - 1) / VR_ISO_TILE_HEIGHT);
+    p->frame.map = &t->map;
+    code = vr_mesh_view_begin(&t->meshes, scene, t->grid, &p->view, err);
     if (!code)
-        code =
-            vr_iso_bounds_begin(&t->bounds, &p.frame, &p.view, image->width, image->height, t->threads, err);
+        code = vr_iso_map_make(&t->map, t->volume, &p->frame, err);
+    if (!code)
+        code = vr_iso_bounds_begin(&t->bounds, &p->frame, &p->view, image->width, image->height, t->threads,
+                                   err);
     if (code)
         return code;
     for (unsigned i = 0; i < t->threads; i++) {
-        struct worker *w = &t->workers[i];
+        struct vr_iso_worker *w = &t->workers[i];
         w->pin.grid = t->grid;
         w->pin.cache = t->cache;
         w->pin.tiled = t->copy.layout == VR_ISO_TILED ? t->copy.blocks : NULL;
-        w->pin.tiled_first = p.frame.level->first_brick;
+        w->pin.tiled_first = p->frame.level->first_brick;
         w->activity.cells = 0;
-        for (int k = 0; k < TILE_PIXELS; k++) {
-            w->walk[k].frame = w->shadow[k].frame = &p.frame;
+        for (int k = 0; k < VR_ISO_TILE_PIXELS; k++) {
+            w->walk[k].frame = w->shadow[k].frame = &p->frame;
             w->walk[k].activity = w->shadow[k].activity = &w->activity;
             w->walk[k].want_gradient = true;
         }
     }
     brick_cache_count(t->cache, &before);
-    code = run(&p, params->profile, err);
+    code = run(&job, params->profile, err);
     brick_cache_count(t->cache, &after);
     for (unsigned i = 0; i < t->threads; i++) {
         vr_iso_pin_release(&t->workers[i].pin);

@@ -6,10 +6,7 @@
 
 #include <math.h>
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+#include "vector.h"
 
 static bool normalize(double v[3])
 {
@@ -18,7 +15,7 @@ static bool normalize(double v[3])
         return false;
     for (int i = 0; i < 3; i++)
         v[i] /= largest;
-    double length = sqrt(dot(v, v));
+    double length = sqrt(vr_dot(v, v));
     for (int i = 0; i < 3; i++)
         v[i] /= length;
     return true;
@@ -71,21 +68,25 @@ void vr_iso_shading_init(struct vr_iso_shading *s, const struct brick_grid *grid
         over_the_shoulder(&scene->camera, s->light);
     normalize(s->light);
     for (int i = 0; i < 3; i++)
-        s->light_direction[i] = dot(inverse[i], s->light);
+        s->light_direction[i] = vr_dot(inverse[i], s->light);
 }
 
-/* The normal, and its cosines with view and light, two-sided. False: the hit has no normal. */
-static bool facing_light(const struct vr_iso_shading *s, const double view[3], const struct vr_iso_hit *hit,
-                         double n[3], double *diffuse)
+void vr_iso_normal(const struct vr_iso_shading *s, const double gradient[3], double normal[3])
 {
     for (int i = 0; i < 3; i++)
-        n[i] = dot(s->normal[i], hit->gradient);
+        normal[i] = vr_dot(s->normal[i], gradient);
+}
+
+/* The normal made a unit and turned to the eye, and its cosine with the light. False: there is none, or it
+ * faces away. */
+static bool facing_light(const struct vr_iso_shading *s, const double view[3], double n[3], double *diffuse)
+{
     if (!normalize(n))
         return false;
-    double side = dot(n, view) > 0.0 ? -1.0 : 1.0; /* turned to the eye's side */
+    double side = vr_dot(n, view) > 0.0 ? -1.0 : 1.0;
     for (int i = 0; i < 3; i++)
         n[i] *= side;
-    *diffuse = s->headlight ? -dot(n, view) : dot(n, s->light);
+    *diffuse = s->headlight ? -vr_dot(n, view) : vr_dot(n, s->light);
     *diffuse = fmax(0.0, fmin(*diffuse, 1.0));
     return *diffuse > 0.0;
 }
@@ -105,19 +106,31 @@ static double power(double x, double n)
 static void view_of(const struct vr_iso_shading *s, const struct brick_ray *ray, double view[3])
 {
     for (int i = 0; i < 3; i++)
-        view[i] = dot(s->linear[i], ray->direction);
+        view[i] = vr_dot(s->linear[i], ray->direction);
 }
 
-bool vr_iso_shadow_ray(const struct vr_iso_shading *s, const struct brick_ray *ray,
-                       const struct vr_iso_hit *hit, struct brick_ray *to_light, double *enter_mm,
-                       double *leave_mm)
+bool vr_iso_to_light(const struct vr_iso_shading *s, const struct vr_iso_point *point,
+                     struct brick_ray *world)
 {
-    double view[3], n[3], diffuse;
-    view_of(s, ray, view);
-    if (!facing_light(s, view, hit, n, &diffuse))
+    double view[3], n[3] = {point->normal[0], point->normal[1], point->normal[2]}, diffuse, at[3];
+    view_of(s, point->ray, view);
+    if (!facing_light(s, view, n, &diffuse))
         return false;
+    for (int i = 0; i < 3; i++)
+        at[i] = point->ray->origin[i] + point->t * point->ray->direction[i];
     for (int i = 0; i < 3; i++) {
-        to_light->origin[i] = ray->origin[i] + hit->t * ray->direction[i];
+        world->origin[i] =
+            vr_dot(s->linear[i], at) + s->grid->affine[i][3] + s->shadow_start_mm * s->light[i];
+        world->direction[i] = s->light[i];
+    }
+    return true;
+}
+
+bool vr_iso_shadow_ray(const struct vr_iso_shading *s, const struct vr_iso_point *point,
+                       struct brick_ray *to_light, double *enter_mm, double *leave_mm)
+{
+    for (int i = 0; i < 3; i++) {
+        to_light->origin[i] = point->ray->origin[i] + point->t * point->ray->direction[i];
         to_light->direction[i] = s->light_direction[i];
     }
     if (!brick_ray_span(to_light, s->grid, enter_mm, leave_mm))
@@ -126,23 +139,34 @@ bool vr_iso_shadow_ray(const struct vr_iso_shading *s, const struct brick_ray *r
     return *enter_mm < *leave_mm;
 }
 
-static void shade_hit(const struct vr_iso_shading *s, const double view[3], const struct vr_iso_hit *hit,
-                      double out[3])
+/* normal: in the world, of any length */
+static void shade_point(const struct vr_iso_shading *s, const double view[3], const double normal[3],
+                        const double rgb[3], double light, double out[3])
 {
-    const double *rgb = s->rgb[hit->surface];
-    double n[3], half[3], diffuse = 0.0, shine = 0.0;
-    if (facing_light(s, view, hit, n, &diffuse)) {
+    double n[3] = {normal[0], normal[1], normal[2]}, half[3], diffuse = 0.0, shine = 0.0;
+    if (facing_light(s, view, n, &diffuse)) {
         double highlight = diffuse;
         if (!s->headlight) {
             for (int i = 0; i < 3; i++)
                 half[i] = s->light[i] - view[i];
-            highlight = normalize(half) ? fmax(0.0, fmin(dot(n, half), 1.0)) : 0.0;
+            highlight = normalize(half) ? fmax(0.0, fmin(vr_dot(n, half), 1.0)) : 0.0;
         }
         if (highlight > 0.0 && s->specular > 0.0)
             shine = s->specular * power(highlight, s->shininess);
     }
     for (int c = 0; c < 3; c++)
-        out[c] = rgb[c] * (s->ambient + hit->light * s->diffuse * diffuse) + hit->light * shine;
+        out[c] = rgb[c] * (s->ambient + light * s->diffuse * diffuse) + light * shine;
+}
+
+void vr_iso_shade_opaque(const struct vr_iso_shading *s, const struct vr_iso_point *point,
+                         const double rgb[3], double light, float rgba[4])
+{
+    double view[3], colour[3];
+    view_of(s, point->ray, view);
+    shade_point(s, view, point->normal, rgb, light, colour);
+    for (int c = 0; c < 3; c++)
+        rgba[c] = (float)((double)rgba[c] + (1.0 - (double)rgba[3]) * colour[c]);
+    rgba[3] = 1.0f;
 }
 
 void vr_iso_shade(const struct vr_iso_shading *s, const struct vr_iso_walk *walk, const struct brick_ray *ray,
@@ -151,8 +175,10 @@ void vr_iso_shade(const struct vr_iso_shading *s, const struct vr_iso_walk *walk
     double sum[3] = {0, 0, 0}, transmittance = 1.0, view[3];
     view_of(s, ray, view);
     for (size_t i = 0; i < walk->hit_count; i++) {
-        double opacity = walk->frame->surface[walk->hits[i].surface].opacity, colour[3];
-        shade_hit(s, view, &walk->hits[i], colour);
+        const struct vr_iso_hit *hit = &walk->hits[i];
+        double opacity = walk->frame->surface[hit->surface].opacity, normal[3], colour[3];
+        vr_iso_normal(s, hit->gradient, normal);
+        shade_point(s, view, normal, s->rgb[hit->surface], hit->light, colour);
         for (int c = 0; c < 3; c++)
             sum[c] += transmittance * opacity * colour[c];
         transmittance *= 1.0 - opacity;

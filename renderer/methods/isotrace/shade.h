@@ -23,11 +23,29 @@ struct vr_iso_shading {
 void vr_iso_shading_init(struct vr_iso_shading *shading, const struct brick_grid *grid,
                          const struct vr_scene *scene, const struct vr_isotrace_params *params);
 
-/* The ray from a hit to the light, and its span. False when the light's part is known without: the hit faces
- * away, or nothing is in between. */
-bool vr_iso_shadow_ray(const struct vr_iso_shading *shading, const struct brick_ray *ray,
-                       const struct vr_iso_hit *hit, struct brick_ray *to_light, double *enter_mm,
-                       double *leave_mm);
+/* A surface's normal in the world, of any length, from its gradient; 0: it has none. */
+void vr_iso_normal(const struct vr_iso_shading *shading, const double gradient[3], double normal[3]);
+
+/* A point on a ray, with its normal, to be lit. */
+struct vr_iso_point {
+    const struct brick_ray *ray;
+    double t;
+    double normal[3]; /* world */
+};
+
+/* Where light can come from for the point: from its shadow's start on, in the world. False when it faces
+ * away.
+ */
+bool vr_iso_to_light(const struct vr_iso_shading *shading, const struct vr_iso_point *point,
+                     struct brick_ray *world);
+
+/* The ray from the point to the light, and its span. False when nothing of the volume is in between. */
+bool vr_iso_shadow_ray(const struct vr_iso_shading *shading, const struct vr_iso_point *point,
+                       struct brick_ray *to_light, double *enter_mm, double *leave_mm);
+
+/* Put what is opaque at the point behind premultiplied RGBA. light: what of the light's reaches it. */
+void vr_iso_shade_opaque(const struct vr_iso_shading *shading, const struct vr_iso_point *point,
+                         const double rgb[3], double light, float rgba[4]);
 
 /* Composite a ray's hits front to back to premultiplied RGBA. */
 void vr_iso_shade(const struct vr_iso_shading *shading, const struct vr_iso_walk *walk,

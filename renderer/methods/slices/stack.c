@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "scene.h"
+#include "vector.h"
 
 #define MAX_SLICES 1073741824.0
 /* Boxes grow by this part of a pixel on all sides: rasterisation rounds corners to 1/256 of a pixel. */
@@ -15,18 +16,13 @@
 #define MARGIN_VOXELS 1e-6 /* and by this, for the rounding of doubles */
 #define SLACK         1e-9 /* for the same, of a step of one voxel */
 
-static double length(const double v[3])
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 /* Index steps of level 0 to mm, their length. */
 static double length_mm(const struct brick_view *view, const double d[3])
 {
     double mm[3];
     for (int i = 0; i < 3; i++)
-        mm[i] = view->linear[i][0] * d[0] + view->linear[i][1] * d[1] + view->linear[i][2] * d[2];
-    return length(mm);
+        mm[i] = vr_dot(view->linear[i], d);
+    return sqrt(vr_dot(mm, mm));
 }
 
 /* The longest way between corners of level 0's box, and the depth of its centre. */
@@ -62,7 +58,7 @@ static void set_seen(struct vr_stack *stack, const struct vr_frame *frame)
     for (int a = 0; a < 3; a++) {
         for (int i = 0; i < 3; i++)
             rows[a][i] = inverse[a][i] / level->scale[a];
-        stack->mm[a] = length(rows[a]);
+        stack->mm[a] = sqrt(vr_dot(rows[a], rows[a]));
     }
 }
 

@@ -5,11 +5,14 @@
  * and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013): there a corner is a function of the vertex
  * and the ray, and a difference of two products has no wrong sign, so no gap opens between neighbours. Where
  * the ray meets the plane is computed as shaders/mesh.frag.glsl computes it. */
-#include "meshes.h"
+#include "mesh_tree.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+
+#include "scene.h"
+#include "vector.h"
 
 #define LEAF_TRIANGLES 4
 #define MAX_DEPTH      64 /* 2^64 triangles */
@@ -54,11 +57,42 @@ static void fit_box(const struct vr_mesh_tree *tree, struct node *node, uint64_t
     }
 }
 
-static int by_centre(const void *a, const void *b, void *axis)
+/* [first, last] in two parts, neither empty, none of the first behind any of the second along the axis
+ * (Hoare). Returns the first part's last. */
+static uint64_t partition(struct ref *refs, uint64_t first, uint64_t last, uint64_t pivot, int axis)
 {
-    double x = ((const struct ref *)a)->centre[*(int *)axis],
-           y = ((const struct ref *)b)->centre[*(int *)axis];
-    return (x > y) - (x < y);
+    const struct ref middle = refs[pivot];
+    uint64_t low = first, high = last;
+    refs[pivot] = refs[first];
+    refs[first] = middle;
+    for (;; low++, high--) {
+        while (refs[low].centre[axis] < middle.centre[axis])
+            low++;
+        while (refs[high].centre[axis] > middle.centre[axis])
+            high--;
+        if (low >= high)
+            return high;
+        const struct ref ref = refs[low];
+        refs[low] = refs[high];
+        refs[high] = ref;
+    }
+}
+
+/* Put refs in an order in which none of the first `half` is behind any of the others: a random pivot, so no
+ * mesh makes it slow. */
+static void halve(struct ref *refs, uint64_t count, uint64_t half, int axis)
+{
+    uint64_t first = 0, last = count - 1, random = count;
+    while (first < last) {
+        random = random * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+        const uint64_t end = partition(refs, first, last, first + (random >> 32) % (last - first + 1), axis);
+        if (half == end + 1)
+            return;
+        if (half <= end)
+            last = end;
+        else
+            first = end + 1;
+    }
 }
 
 static int longest_axis(const struct ref *refs, uint64_t count)
@@ -86,8 +120,7 @@ static void build(struct vr_mesh_tree *tree, uint64_t at, uint64_t first, uint64
         node->count = (uint32_t)count;
         return;
     }
-    int axis = longest_axis(tree->refs + first, count);
-    qsort_r(tree->refs + first, (size_t)count, sizeof *tree->refs, by_centre, &axis);
+    halve(tree->refs + first, count, count / 2, longest_axis(tree->refs + first, count));
     uint64_t child = node->first = tree->node_count;
     tree->node_count += 2;
     build(tree, child, first, count / 2);
@@ -111,17 +144,19 @@ int vr_mesh_tree_create(struct vr_mesh_tree **out, const struct vr_mesh *meshes,
                         struct brick_error *err)
 {
     struct vr_mesh_tree *tree = *out = calloc(1, sizeof *tree);
+    unsigned long long triangles = 0;
+    for (uint32_t m = 0; m < count; m++)
+        triangles += meshes[m].mesh->triangles;
     if (tree) {
         tree->meshes = meshes;
-        for (uint32_t m = 0; m < count; m++)
-            tree->ref_count += meshes[m].mesh->triangles;
+        tree->ref_count = triangles;
         /* A leaf has at least two triangles, or is the only one: so many nodes are never needed. */
         tree->refs = calloc(tree->ref_count, sizeof *tree->refs);
         tree->nodes = calloc(2 * tree->ref_count, sizeof *tree->nodes);
     }
     if (!tree || !tree->refs || !tree->nodes) {
         vr_mesh_tree_destroy(out);
-        return brick_fail(err, BRICK_ERR_MEMORY, "exact: no memory for the meshes' tree");
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for a tree of %llu triangles", triangles);
     }
     list_triangles(tree, count);
     tree->node_count = 1;
@@ -137,18 +172,6 @@ void vr_mesh_tree_destroy(struct vr_mesh_tree **tree)
     free((*tree)->nodes);
     free(*tree);
     *tree = NULL;
-}
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 /* Where the ray enters the box, or infinity; wider by more than its rounding. */
@@ -203,8 +226,8 @@ static bool meet(const struct vr_mesh_tree *tree, const struct ref *ref, const s
         to_b[i] = at[1][i] - at[0][i];
         to_c[i] = at[2][i] - at[0][i];
     }
-    cross(to_b, to_c, n);
-    double along = dot(n, ray->direction), area = dot(n, n), t = dot(n, at[0]) / along;
+    vr_cross(to_b, to_c, n);
+    double along = vr_dot(n, ray->direction), area = vr_dot(n, n), t = vr_dot(n, at[0]) / along;
     if (along == 0.0 || !(area > 0.0) || !(t >= 0.0 && t < *t_mm))
         return false;
     for (int i = 0; i < 3; i++) {
@@ -212,10 +235,10 @@ static bool meet(const struct vr_mesh_tree *tree, const struct ref *ref, const s
         normal[i] = n[i];
     }
     *t_mm = t;
-    cross(p, to_c, side);
-    weight[0] = dot(side, n) / area;
-    cross(to_b, p, side);
-    weight[1] = dot(side, n) / area;
+    vr_cross(p, to_c, side);
+    weight[0] = vr_dot(side, n) / area;
+    vr_cross(to_b, p, side);
+    weight[1] = vr_dot(side, n) / area;
     return true;
 }
 
@@ -262,4 +285,58 @@ bool vr_mesh_tree_first(const struct vr_mesh_tree *tree, const struct brick_ray 
         look(&tree->meshes[nearest->mesh], tree->meshes[nearest->mesh].mesh->triangle[nearest->triangle],
              weight, hit);
     return nearest;
+}
+
+/* shaders/shading.glsl, of a normal that is not 0 */
+static void shade(const struct vr_mesh_view *view, const double direction[3], const struct vr_mesh_hit *hit,
+                  double rgb[3])
+{
+    double largest = 0.0, n[3];
+    for (int i = 0; i < 3; i++)
+        largest = fmax(largest, fabs(hit->normal[i]));
+    for (int i = 0; i < 3; i++)
+        n[i] = hit->normal[i] / largest;
+    const double facing = fmin(fabs(vr_dot(n, direction)) / sqrt(vr_dot(n, n)), 1.0);
+    const double highlight = facing > 0.0 ? view->specular * pow(facing, view->shininess) : 0.0;
+    for (int c = 0; c < 3; c++)
+        rgb[c] = hit->rgb[c] * (view->ambient + view->diffuse * facing) + highlight;
+}
+
+int vr_mesh_view_begin(struct vr_mesh_view *view, const struct vr_scene *scene, const struct brick_grid *grid,
+                       const struct brick_view *rays, struct brick_error *err)
+{
+    view->any = scene->mesh_count > 0;
+    view->ambient = scene->ambient;
+    view->diffuse = scene->diffuse;
+    view->specular = scene->specular;
+    view->shininess = scene->shininess;
+    vr_scene_world_view(rays, grid, &view->world);
+    if (!view->any)
+        return BRICK_OK;
+    if (view->tree && scene->meshes_number && scene->meshes_number == view->number) {
+        view->tree->meshes = scene->meshes;
+        return BRICK_OK;
+    }
+    vr_mesh_tree_destroy(&view->tree);
+    view->number = scene->meshes_number;
+    return vr_mesh_tree_create(&view->tree, scene->meshes, scene->mesh_count, err);
+}
+
+void vr_mesh_view_finish(struct vr_mesh_view *view)
+{
+    vr_mesh_tree_destroy(&view->tree);
+    *view = (struct vr_mesh_view){0};
+}
+
+double vr_mesh_view_pixel(const struct vr_mesh_view *view, uint32_t column, uint32_t row, double rgb[3])
+{
+    struct brick_ray ray;
+    struct vr_mesh_hit hit;
+    if (!view->any)
+        return INFINITY;
+    brick_view_ray(&view->world, column, row, &ray);
+    if (!vr_mesh_tree_first(view->tree, &ray, &hit))
+        return INFINITY;
+    shade(view, ray.direction, &hit, rgb);
+    return hit.t_mm;
 }

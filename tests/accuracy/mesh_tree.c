@@ -1,4 +1,4 @@
-/* The exact method's nearest triangle: against trying all of them, against closed forms, and no ray slips out
+/* The nearest triangle on a ray: against trying all of them, against closed forms, and no ray slips out
  * of a closed mesh, through its vertices and edges included. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "meshes.h"
+#include "mesh_tree.h"
 
 static uint64_t seed = 1;
 
@@ -191,5 +191,5 @@ int main(void)
         cmocka_unit_test(nothing_slips_out),
         cmocka_unit_test(values_on_a_plane),
     };
-    return cmocka_run_group_tests_name("exact_meshes", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("mesh_tree", tests, NULL, NULL);
 }
