@@ -58,8 +58,6 @@ static int check_cells(const struct tool_request *request)
                    : -1;
     if (request->mode != BRICK_MODE_DVR)
         return tool_misuse("render", "--method cells renders --mode dvr only");
-    if (!request->has_ortho && !request->path)
-        return tool_misuse("render", "--method cells needs a parallel projection: --ortho H");
     if (request->has_step || request->has_termination || request->has_classification)
         return tool_misuse("render", "--method cells has no --step, --termination or --classification");
     return -1;

@@ -24,6 +24,7 @@
     X(PFNGLCLEARBUFFERUIVPROC, ClearBufferuiv)                                                               \
     X(PFNGLCOMPILESHADERPROC, CompileShader)                                                                 \
     X(PFNGLCOPYIMAGESUBDATAPROC, CopyImageSubData)                                                           \
+    X(PFNGLCULLFACEPROC, CullFace)                                                                           \
     X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                                                 \
     X(PFNGLCREATESHADERPROC, CreateShader)                                                                   \
     X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                                                 \

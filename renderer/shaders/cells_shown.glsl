@@ -1,6 +1,5 @@
 /* Which cells can show anything (Maximo et al. 2008, section 6: volunits of no opacity are left out): four list entries a
  * fragment, 1 where a value between the cell's corners has extinction. Cells with a corner that is not finite show nothing. */
-uniform usamplerBuffer cells;
 uniform usamplerBuffer shown; /* for each piece of the transfer function, how many before it are not transparent */
 uniform int first_cell, end_cell, first_row;
 uniform ivec3 brick_texel;
@@ -10,8 +9,7 @@ bool cell_shown(int index)
 {
     if (index >= end_cell)
         return false;
-    uint cell = texelFetch(cells, index).r;
-    Cell c = cell_fetch(ivec3(cell & 511u, cell >> 9 & 511u, cell >> 18 & 511u) - 1 + brick_texel);
+    Cell c = cell_fetch(cell_place(texelFetch(cells, index).r) + brick_texel);
     if (!cell_valid(c))
         return false;
 #ifdef SKIP

@@ -285,63 +285,74 @@ static bool everything(const void *context, const double low[3], const double hi
 }
 
 /* Every cell once, from far to near on every axis; together all tetrahedra of the level. */
-static void test_walk(void **state)
+static void check_walk(const uint64_t n[3], const double eye[3], bool whole)
 {
-    enum { NX = 21, NY = 16, NZ = 33 };
-    static const uint64_t thin[][3] = {{NX, NY, NZ}, {1, 5, 9}, {1, 1, 1}, {17, 1, 40}};
-    (void)state;
-    for (size_t volume = 0; volume < sizeof thin / sizeof *thin; volume++) {
-        struct brick_grid grid;
-        const uint64_t *n = thin[volume];
-        make_grid(&grid, n[0], n[1], n[2]);
-        uint64_t tetrahedra = 0,
-                 bricks = grid.level[0].bricks[0] * grid.level[0].bricks[1] * grid.level[0].bricks[2];
-        uint32_t *visited = calloc((n[0] + 1) * (n[1] + 1) * (n[2] + 1), sizeof *visited), turn = 0;
-        for (uint64_t b = 0; b < bricks; b++) {
-            struct vr_cell_walk walk = {.descend = {true, false, true}, .visible = everything};
-            struct brick_place place;
-            brick_grid_place(&grid, b, &place);
-            vr_cell_walk_init(&walk, &grid, &place);
-            uint32_t *entries = malloc(vr_cell_walk_most(&walk) * sizeof *entries);
-            for (uint32_t m = 0; m < walk.macrocells[0] * walk.macrocells[1] * walk.macrocells[2]; m++) {
-                size_t count = vr_cell_walk_macrocell(&walk, m, entries);
-                assert_true(count <= vr_cell_walk_most(&walk));
-                for (size_t i = 0; i < count; i++) {
-                    uint64_t at[3];
-                    for (int a = 0; a < 3; a++)
-                        at[a] = (uint64_t)walk.first[a] + (entries[i] >> 9 * a & 511);
-                    uint32_t *cell = &visited[(at[2] * (n[1] + 1) + at[1]) * (n[0] + 1) + at[0]];
-                    bool second = entries[i] >> VR_CELL_PIECE_BIT;
-                    tetrahedra += second ? 1 : 5;
-                    if (second)
-                        assert_int_equal(*cell, turn);
-                    else
-                        assert_int_equal(*cell, 0);
-                    *cell = second ? turn : ++turn;
+    struct brick_grid grid;
+    make_grid(&grid, n[0], n[1], n[2]);
+    uint64_t tetrahedra = 0,
+             bricks = grid.level[0].bricks[0] * grid.level[0].bricks[1] * grid.level[0].bricks[2];
+    uint32_t *visited = calloc((n[0] + 1) * (n[1] + 1) * (n[2] + 1), sizeof *visited), turn = 0;
+    for (uint64_t b = 0; b < bricks; b++) {
+        struct vr_cell_walk walk = {.whole = whole, .visible = everything};
+        struct brick_place place;
+        memcpy(walk.eye, eye, sizeof walk.eye);
+        brick_grid_place(&grid, b, &place);
+        vr_cell_walk_init(&walk, &grid, &place);
+        uint32_t *entries = malloc(vr_cell_walk_most(&walk) * sizeof *entries);
+        for (uint32_t m = 0; m < walk.macrocells[0] * walk.macrocells[1] * walk.macrocells[2]; m++) {
+            size_t count = vr_cell_walk_macrocell(&walk, m, entries);
+            assert_true(count <= vr_cell_walk_most(&walk));
+            for (size_t i = 0; i < count; i++) {
+                uint64_t at[3];
+                for (int a = 0; a < 3; a++)
+                    at[a] = (uint64_t)walk.first[a] + (entries[i] >> 9 * a & 511);
+                uint32_t *cell = &visited[(at[2] * (n[1] + 1) + at[1]) * (n[0] + 1) + at[0]];
+                uint32_t number = entries[i] >> VR_CELL_PIECE_BIT;
+                bool second = number && !whole;
+                tetrahedra += second ? 1 : 5 + number;
+                if (second)
+                    assert_int_equal(*cell, turn);
+                else
+                    assert_int_equal(*cell, 0);
+                *cell = second ? turn : ++turn;
+            }
+        }
+        free(entries);
+    }
+    assert_int_equal(tetrahedra, vr_cell_tetrahedra(&grid.level[0]));
+    assert_int_equal(turn, (n[0] + 1) * (n[1] + 1) * (n[2] + 1));
+    for (uint64_t z = 0; z <= n[2]; z++)
+        for (uint64_t y = 0; y <= n[1]; y++)
+            for (uint64_t x = 0; x <= n[0]; x++) {
+                const uint64_t at[3] = {x, y, z};
+                const size_t stride[3] = {1, n[0] + 1, (n[0] + 1) * (n[1] + 1)};
+                size_t here = x + y * stride[1] + z * stride[2];
+                assert_true(visited[here] != 0);
+                for (int a = 0; a < 3; a++) {
+                    /* Cell at - 1 on this axis, which begins there; bricks begin at multiples of 16, their
+                     * order is not the walk's. */
+                    if (at[a] == 0 || (at[a] > 1 && (at[a] - 1) % 16 == 0))
+                        continue;
+                    uint32_t before = visited[here - stride[a]];
+                    assert_true(eye[a] >= (double)at[a] - 1.0 ? before < visited[here]
+                                                              : before > visited[here]);
                 }
             }
-            free(entries);
-        }
-        assert_int_equal(tetrahedra, vr_cell_tetrahedra(&grid.level[0]));
-        assert_int_equal(turn, (n[0] + 1) * (n[1] + 1) * (n[2] + 1));
-        for (uint64_t z = 0; z <= n[2]; z++)
-            for (uint64_t y = 0; y <= n[1]; y++)
-                for (uint64_t x = 0; x <= n[0]; x++) {
-                    const uint64_t at[3] = {x, y, z};
-                    const size_t stride[3] = {1, n[0] + 1, (n[0] + 1) * (n[1] + 1)};
-                    size_t here = x + y * stride[1] + z * stride[2];
-                    assert_true(visited[here] != 0);
-                    for (int a = 0; a < 3; a++) {
-                        /* Cell at - 1 on this axis; bricks begin at multiples of 16, their order is not the
-                         * walk's. */
-                        if (at[a] < 2 || (at[a] - 1) % 16 == 0)
-                            continue;
-                        uint32_t before = visited[here - stride[a]];
-                        assert_true(a == 1 ? before < visited[here] : before > visited[here]);
-                    }
-                }
-        free(visited);
-    }
+    free(visited);
+}
+
+static void test_walk(void **state)
+{
+    static const uint64_t sizes[][3] = {{21, 16, 33}, {1, 5, 9}, {1, 1, 1}, {17, 1, 40}};
+    static const double eyes[][3] = {{-INFINITY, INFINITY, -INFINITY}, /* parallel rays */
+                                     {4.5, 3.2, 22.9},
+                                     {16.1, 15.8, 0.3},
+                                     {-0.3, -0.7, 1e9},
+                                     {20.4, 7.6, 32.2}};
+    (void)state;
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
+        for (size_t e = 0; e < sizeof eyes / sizeof *eyes; e++)
+            check_walk(sizes[i], eyes[e], e > 0);
 }
 
 int main(void)

@@ -82,7 +82,7 @@ enum vr_cells_integration {
                         integrals, depth exactly, colour by its first two moments, as
                         VR_CLASSIFY_PREINTEGRATED */
     VR_CELLS_EXACT,  /* cut at the transfer function's knots, partial pre-integration in between: no error but
-                        rounding; up to 3000 pieces of the transfer function */
+                        rounding; up to 3000 pieces of the transfer function, 1000 in a perspective */
     VR_CELLS_PSI,    /* partial pre-integration between the ends' colours and extinctions, by a table of 512 x
                         512 (section 4.2.2, Moreland and Angel 2004) */
     VR_CELLS_EXP,    /* the ends' mean colour and extinction, exp from a table of 256 (4.2.2) */

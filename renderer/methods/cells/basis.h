@@ -46,9 +46,9 @@ struct vr_basis_cell {
  * passes the one behind comes first. */
 void vr_basis_cell(const struct vr_lattice *lattice, const int side[3], int odd, struct vr_basis_cell *cell);
 
-/* What shaders/cells.vert.glsl reads: for each kind, slot and vertex of a fan VR_BASIS_TEXELS texels, (front
- * weights), (back weights), (offset right, down, mm; code), (length, 0, 0, 0), with code = corners in 3 bits
- * each + anchor << 12. Empty slots are points. triangles: how many each slot's fan has at most. */
+/* What shaders/cells_fan.vert.glsl reads: for each kind, slot and vertex of a fan VR_BASIS_TEXELS texels,
+ * (front weights), (back weights), (offset right, down, mm; code), (length, 0, 0, 0), with code = corners in
+ * 3 bits each + anchor << 12. Empty slots are points. triangles: how many each slot's fan has at most. */
 void vr_basis_table(const struct vr_lattice *lattice, float *table, int triangles[VR_BASIS_SLOTS]);
 /* Floats of it. */
 #define VR_BASIS_TABLE_FLOATS (VR_BASIS_KINDS * VR_BASIS_SLOTS * VR_BASIS_FAN * VR_BASIS_TEXELS * 4)

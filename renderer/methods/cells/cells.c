@@ -1,60 +1,36 @@
 /* Projected tetrahedra of a regular grid (Maximo, Marroquim, Farias and Esperanca, "GPU-based cell projection
  * for large structured data sets", 2008), brick by brick: the bricks that the transfer function makes
  * visible, from back to front, as many at a time as the atlas holds; in each the macrocells, in each the
- * cells. What is blended into a pixel, and in which order, depends on neither bricks nor atlas.
- *
- * Parallel projections only: there one cell's projection is every cell's, which is the method's idea. */
-#include "method.h"
+ * cells. What is blended into a pixel, and in which order, depends on neither bricks nor atlas. How a cell is
+ * drawn is up to the projection: picture.h. */
+#include "picture.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "lot.h"
+#include "method.h"
 #include "psi.h"
-#include "scene.h"
 #include "shaders.h"
 
-#define PART_EDGE  1024
-#define PSI_EDGE   512 /* as cells.glsl has it */
-#define EXP_STEPS  256
-#define EXP_WHOLE  88
-#define MAX_PLANES (VR_MAX_CLIP_PLANES + 4) /* the box's upper faces, the eye's plane */
-/* Pieces of a transfer function that a ray may cross in one tetrahedron: llvmpipe ends all loops of a shader
+#define PART_EDGE 1024
+#define PSI_EDGE  512 /* as cells_integrate.glsl has it */
+#define EXP_STEPS 256
+#define EXP_WHOLE 88
+/* Pieces of a transfer function that a ray may cross for one fragment: llvmpipe ends all loops of a shader
  * after 65535 turns, of 16 rays at once. */
 #define MAX_EXACT_PIECES 3000
 
-enum { UNIT_CELLS = VR_UNIT_METHOD, UNIT_BASIS, UNIT_SHOWN, UNIT_TABLE };
-
-/* Kept from picture to picture. */
-struct cells {
-    struct vr_cell_lot lot;
-    struct vr_buffer basis, shown, psi, exponentials;
-};
-
-/* One picture. */
-struct picture {
-    struct cells *cells;
-    const struct vr_frame *frame;
-    struct vr_lattice lattice;
-    double plane[MAX_PLANES][4]; /* level's index space: keeps . (p, 1) >= 0 */
-    int planes;
-    struct vr_cell_draw draw;
-    int left, top, width, height; /* the part being drawn */
-    struct brick_image *image;
-    struct vr_report *report;
-};
-
-static void add_plane(struct picture *p, double a, double b, double c, double d)
+static void add_plane(struct vr_cells_picture *p, double a, double b, double c, double d)
 {
     const double plane[4] = {a, b, c, d};
     memcpy(p->plane[p->planes++], plane, sizeof plane);
 }
 
-/* What cuts cells: clip planes; the eye's plane where it meets the box; level 0's box where a coarser level,
- * its size rounded up, sticks out. */
-static void find_planes(struct picture *p)
+/* What cuts cells: clip planes; of parallel rays the plane where they begin, where it meets the box; level
+ * 0's box where a coarser level, its size rounded up, sticks out. */
+static void find_planes(struct vr_cells_picture *p)
 {
     const struct brick_level *level = p->frame->level;
     const double *depth = p->lattice.depth;
@@ -67,37 +43,46 @@ static void find_planes(struct picture *p)
         if (end < (double)level->dims[a] - 0.5)
             add_plane(p, a == 0 ? -1.0 : 0.0, a == 1 ? -1.0 : 0.0, a == 2 ? -1.0 : 0.0, end);
     }
-    if (nearest < 0.0)
+    if (nearest < 0.0 && !p->lattice.perspective)
         add_plane(p, depth[0], depth[1], depth[2], depth[3]);
 }
 
-/* Can the box show in this part of the picture? */
-static bool box_visible(const void *context, const double low[3], const double high[3])
+/* The part's sides, and what is ahead: column - left >= 0 and so on, times the depth in a perspective. */
+static void find_sides(struct vr_cells_picture *p)
 {
-    const struct picture *p = context;
-    const double *const rows[2] = {p->lattice.column, p->lattice.row};
-    const double begin[2] = {p->left, p->top}, end[2] = {p->left + p->width, p->top + p->height};
-    for (int i = 0; i < 2; i++) {
-        double least = rows[i][3], most = rows[i][3];
-        for (int a = 0; a < 3; a++) {
-            least += fmin(rows[i][a] * low[a], rows[i][a] * high[a]);
-            most += fmax(rows[i][a] * low[a], rows[i][a] * high[a]);
-        }
-        if (most < begin[i] || least > end[i])
-            return false;
+    const struct vr_lattice *q = &p->lattice;
+    static const double one[4] = {0, 0, 0, 1};
+    const double *const times = q->perspective ? q->depth : one;
+    for (int i = 0; i < 4; i++) {
+        p->side[0][i] = q->column[i] - p->left * times[i];
+        p->side[1][i] = (p->left + p->width) * times[i] - q->column[i];
+        p->side[2][i] = q->row[i] - p->top * times[i];
+        p->side[3][i] = (p->top + p->height) * times[i] - q->row[i];
+        p->side[4][i] = q->depth[i];
     }
-    for (int i = 0; i < p->planes; i++) {
-        double most = p->plane[i][3];
+}
+
+static bool any_inside(const double (*plane)[4], int planes, const double low[3], const double high[3])
+{
+    for (int i = 0; i < planes; i++) {
+        double most = plane[i][3];
         for (int a = 0; a < 3; a++)
-            most += fmax(p->plane[i][a] * low[a], p->plane[i][a] * high[a]);
+            most += fmax(plane[i][a] * low[a], plane[i][a] * high[a]);
         if (most < 0.0)
             return false;
     }
     return true;
 }
 
+/* Can the box show in this part of the picture? */
+static bool box_visible(const void *context, const double low[3], const double high[3])
+{
+    const struct vr_cells_picture *p = context;
+    return any_inside(p->side, VR_CELLS_SIDES, low, high) && any_inside(p->plane, p->planes, low, high);
+}
+
 /* Bricks of the list that can show, to its front. */
-static size_t cull_bricks(const struct picture *p, uint32_t *bricks, size_t count)
+static size_t cull_bricks(const struct vr_cells_picture *p, uint32_t *bricks, size_t count)
 {
     const struct brick_grid *grid = p->frame->grid;
     size_t n = 0;
@@ -115,20 +100,21 @@ static size_t cull_bricks(const struct picture *p, uint32_t *bricks, size_t coun
     return n;
 }
 
-static int draw_lot(struct picture *p, struct brick_error *err)
+static int draw_lot(struct vr_cells_picture *p, struct brick_error *err)
 {
     return vr_cell_lot_draw(&p->cells->lot, &p->draw, p->report, err);
 }
 
 /* One resident brick to the lot, which is drawn whenever it is full. */
-static int add_brick(struct picture *p, uint32_t brick, struct brick_error *err)
+static int add_brick(struct vr_cells_picture *p, uint32_t brick, struct brick_error *err)
 {
     const struct vr_frame *frame = p->frame;
     const struct vr_atlas *atlas = vr_residency_atlas(frame->residency);
     const struct vr_macrocells *macrocells = vr_residency_macrocells(frame->residency);
     struct vr_cell_lot *lot = &p->cells->lot;
     uint32_t slot = vr_residency_slot(frame->residency, brick), at[3];
-    struct vr_cell_walk walk = {.visible = box_visible, .visible_context = p};
+    const struct vr_lattice *q = &p->lattice;
+    struct vr_cell_walk walk = {.whole = q->perspective, .visible = box_visible, .visible_context = p};
     struct brick_place place;
     int first[3], texel[3], result;
     bool opened = false;
@@ -136,7 +122,7 @@ static int add_brick(struct picture *p, uint32_t brick, struct brick_error *err)
     vr_cell_walk_init(&walk, frame->grid, &place);
     vr_atlas_slot_place(atlas, slot, at);
     for (int a = 0; a < 3; a++) {
-        walk.descend[a] = p->lattice.direction[a] > 0.0;
+        walk.eye[a] = q->perspective ? q->origin[a] : q->direction[a] > 0.0 ? -INFINITY : INFINITY;
         first[a] = (int)walk.first[a];
         texel[a] = (int)at[a] * atlas->slot_size[a] + (int)frame->grid->border;
     }
@@ -160,7 +146,7 @@ static int add_brick(struct picture *p, uint32_t brick, struct brick_error *err)
 }
 
 /* All bricks, from back to front. */
-static int draw_bricks(struct picture *p, struct brick_error *err)
+static int draw_bricks(struct vr_cells_picture *p, struct brick_error *err)
 {
     struct vr_residency *residency = p->frame->residency;
     const struct vr_atlas *atlas = vr_residency_atlas(residency);
@@ -195,50 +181,7 @@ done:
     return result;
 }
 
-/* Uniforms that depend on the part. Depths count from the volume's middle, so that floats hold them well. */
-static void set_part(const struct picture *p)
-{
-    const struct vr_uniforms *u = &p->draw.draw;
-    const struct vr_lattice *q = &p->lattice;
-    const double across = 2.0 / p->draw.canvas->width, down = 2.0 / p->draw.canvas->height;
-    double to_x[3], to_y[3], reference = q->depth[3];
-    float cuts[MAX_PLANES][4];
-    for (int a = 0; a < 3; a++) {
-        to_x[a] = across * q->column[a];
-        to_y[a] = down * q->row[a];
-        reference += q->depth[a] * 0.5 * ((double)p->frame->level->dims[a] - 1.0);
-    }
-    const double origin[3] = {across * (q->column[3] - p->left) - 1.0, down * (q->row[3] - p->top) - 1.0,
-                              q->depth[3] - reference};
-    u->gl->UseProgram(u->program);
-    vr_set_dvec3(u, "to_x", to_x);
-    vr_set_dvec3(u, "to_y", to_y);
-    vr_set_dvec3(u, "to_depth", q->depth);
-    vr_set_dvec3(u, "origin", origin);
-    vr_set_double(u, "pixel_x", across);
-    vr_set_double(u, "pixel_y", down);
-    for (int i = 0; i < p->planes; i++) {
-        const double *n = p->plane[i];
-        double at = n[3], right = 0.0, below = 0.0, ahead = 0.0, size = 0.0;
-        for (int a = 0; a < 3; a++) {
-            at += n[a] * (q->origin[a] + p->left * q->right[a] + p->top * q->down[a]);
-            right += n[a] * q->right[a];
-            below += n[a] * q->down[a];
-            ahead += n[a] * q->direction[a];
-            size += fabs(n[a] * q->direction[a]);
-        }
-        bool along = fabs(ahead) <= 1e-12 * size;
-        double scale = along ? 1.0 : -1.0 / ahead;
-        cuts[i][0] = (float)(at * scale - (along ? 0.0 : reference));
-        cuts[i][1] = (float)(right * scale);
-        cuts[i][2] = (float)(below * scale);
-        cuts[i][3] = along ? 0.0f : ahead > 0.0 ? 1.0f : -1.0f;
-    }
-    if (p->planes)
-        u->gl->Uniform4fv(u->gl->GetUniformLocation(u->program, "cuts"), p->planes, &cuts[0][0]);
-}
-
-static int draw_parts(struct picture *p, struct brick_error *err)
+static int draw_parts(struct vr_cells_picture *p, struct brick_error *err)
 {
     struct vr_context *context = p->frame->context;
     struct vr_canvas canvas = {0};
@@ -250,7 +193,9 @@ static int draw_parts(struct picture *p, struct brick_error *err)
         for (p->left = 0; !result && p->left < width; p->left += tw) {
             p->width = width - p->left < tw ? width - p->left : tw;
             p->height = height - p->top < th ? height - p->top : th;
-            set_part(p);
+            find_sides(p);
+            p->draw.draw.gl->UseProgram(p->draw.draw.program);
+            p->projection->set_part(p);
             vr_canvas_clear(&canvas, context);
             if ((result = draw_bricks(p, err)))
                 break;
@@ -304,34 +249,13 @@ static int write_exponentials(struct vr_buffer *buffer, struct vr_context *conte
                         : vr_buffer_write(buffer, context, GL_R32F, table, sizeof table, "exponential", err);
 }
 
-static int write_basis(struct picture *p, struct brick_error *err)
+static int use_programs(struct vr_cells_picture *p, struct brick_error *err)
 {
-    int triangles[VR_BASIS_SLOTS];
-    float *table = malloc(VR_BASIS_TABLE_FLOATS * sizeof *table);
-    if (!table)
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the basis hexahedron");
-    vr_basis_table(&p->lattice, table, triangles);
-    int result = vr_cell_lot_set_fans(&p->cells->lot, p->frame->context, triangles, err);
-    if (!result)
-        result = vr_buffer_write(&p->cells->basis, p->frame->context, GL_RGBA32F, table,
-                                 VR_BASIS_TABLE_FLOATS * sizeof *table, "basis hexahedron", err);
-    free(table);
-    return result;
-}
-
-static int use_programs(struct picture *p, struct brick_error *err)
-{
-    static const struct vr_shader_part vertex[] = {{"field.glsl", vr_shader_field},
-                                                   {"cells.vert.glsl", vr_shader_cells_vert}};
-    static const struct vr_shader_part fragment[] = {{"exponential.glsl", vr_shader_exponential},
-                                                     {"transfer.glsl", vr_shader_transfer},
-                                                     {"preintegrated.glsl", vr_shader_preintegrated},
-                                                     {"cells.glsl", vr_shader_cells}};
     static const struct vr_shader_part look[] = {{"field.glsl", vr_shader_field},
+                                                 {"cells_list.glsl", vr_shader_cells_list},
                                                  {"transfer.glsl", vr_shader_transfer},
                                                  {"cells_shown.glsl", vr_shader_cells_shown}};
-    static const struct vr_program_source draw_source = {vertex, 2, fragment, 4};
-    static const struct vr_program_source look_source = {NULL, 0, look, 3};
+    static const struct vr_program_source look_source = {NULL, 0, look, 4};
     static const char *const integrations[] = {"PREFIX", "EXACT", "PSI", "EXP", "AVERAGE", "SCALAR"};
     char defines[VR_FRAME_DEFINES_BYTES + 512];
     size_t n = vr_frame_defines(p->frame, defines);
@@ -346,15 +270,16 @@ static int use_programs(struct picture *p, struct brick_error *err)
         VR_BASIS_SLOTS, VR_BASIS_FAN, VR_BASIS_TEXELS, integrations[p->frame->quality->cells_integration]);
     if (p->planes)
         snprintf(defines + n + m, sizeof defines - n - (size_t)m, "#define CUTS %d\n", p->planes);
-    return result ? result : vr_frame_use_program(p->frame, &draw_source, defines, &p->draw.draw, err);
+    return result ? result
+                  : vr_frame_use_program(p->frame, &p->projection->source, defines, &p->draw.draw, err);
 }
 
 /* What both programs read, whatever the part. */
-static int set_uniforms(struct picture *p, struct brick_error *err)
+static int set_uniforms(struct vr_cells_picture *p, struct brick_error *err)
 {
     const struct vr_frame *frame = p->frame;
     struct vr_context *context = frame->context;
-    struct cells *c = p->cells;
+    struct vr_cells_state *c = p->cells;
     const bool exp = frame->quality->cells_integration == VR_CELLS_EXP;
     const struct vr_uniforms *const both[2] = {&p->draw.look, &p->draw.draw};
     int result;
@@ -363,58 +288,56 @@ static int set_uniforms(struct picture *p, struct brick_error *err)
         vr_frame_set_field(frame, both[i]);
         if ((result = vr_frame_set_transfer(frame, both[i], err)))
             return result;
-        vr_set_int(both[i], "cells", UNIT_CELLS);
-        vr_set_int(both[i], "shown", UNIT_SHOWN);
-        vr_set_int(both[i], "basis", UNIT_BASIS);
-        vr_set_int(both[i], "psi_table", UNIT_TABLE);
-        vr_set_int(both[i], "exp_table", UNIT_TABLE);
+        vr_set_int(both[i], "cells", VR_CELLS_UNIT_LIST);
+        vr_set_int(both[i], "shown", VR_CELLS_UNIT_SHOWN);
+        vr_set_int(both[i], "psi_table", VR_CELLS_UNIT_TABLE);
+        vr_set_int(both[i], "exp_table", VR_CELLS_UNIT_TABLE);
         vr_set_int(both[i], "piece_count", (int)frame->table.count);
     }
-    if ((result = write_shown(&c->shown, frame, err)) || (result = write_basis(p, err)) ||
+    if ((result = write_shown(&c->shown, frame, err)) || (result = p->projection->begin(p, err)) ||
         (exp && (result = write_exponentials(&c->exponentials, context, err))) ||
         (frame->quality->cells_integration == VR_CELLS_PSI && (result = write_psi(&c->psi, context, err))))
         return result;
-    vr_buffer_use(&c->basis, context, UNIT_BASIS);
-    vr_buffer_use(&c->shown, context, UNIT_SHOWN);
-    vr_buffer_use(exp ? &c->exponentials : &c->psi, context, UNIT_TABLE);
-    p->draw.unit = UNIT_CELLS;
+    vr_buffer_use(&c->shown, context, VR_CELLS_UNIT_SHOWN);
+    vr_buffer_use(exp ? &c->exponentials : &c->psi, context, VR_CELLS_UNIT_TABLE);
+    p->draw.unit = VR_CELLS_UNIT_LIST;
     p->draw.select = frame->quality->skip || brick_volume_stats(frame->volume)->nonfinite;
     return BRICK_OK;
 }
 
-static int check(const struct vr_frame *frame, struct brick_error *err)
+static int check(const struct vr_cells_picture *p, struct brick_error *err)
 {
+    const struct vr_frame *frame = p->frame;
+    const unsigned most = MAX_EXACT_PIECES / (unsigned)p->projection->segments;
     if (frame->scene->mode != BRICK_MODE_DVR)
         return brick_fail(err, BRICK_ERR_UNSUPPORTED, "projected cells render dvr only, unshaded");
-    if (!(frame->scene->camera.ortho_height_mm > 0.0))
-        return brick_fail(err, BRICK_ERR_UNSUPPORTED,
-                          "projected cells need a parallel projection; the camera is perspective");
     if ((unsigned)frame->quality->cells_integration >= VR_CELLS_INTEGRATIONS)
         return brick_fail(err, BRICK_ERR_ARGUMENT, "integration %d of cells does not exist",
                           (int)frame->quality->cells_integration);
-    if (frame->quality->cells_integration == VR_CELLS_EXACT && frame->table.count > MAX_EXACT_PIECES)
+    if (frame->quality->cells_integration == VR_CELLS_EXACT && frame->table.count > most)
         return brick_fail(
             err, BRICK_ERR_UNSUPPORTED,
-            "the transfer function has %u pieces, more than the %d that cells cut at one by one: choose "
+            "the transfer function has %u pieces, more than the %u that cells cut at one by one: choose "
             "prefix integrals, or fewer points",
-            frame->table.count, MAX_EXACT_PIECES);
+            frame->table.count, most);
     return BRICK_OK;
 }
 
 static int draw(void *state, struct vr_frame *frame, struct brick_image *image, struct vr_report *report,
                 struct brick_error *err)
 {
-    struct picture p = {.cells = state, .frame = frame, .image = image, .report = report};
+    struct vr_cells_picture p = {.cells = state, .frame = frame, .image = image, .report = report};
     uint64_t start_ns = brick_now_ns();
-    int result = check(frame, err);
-    if (result)
+    int result;
+    vr_lattice_init(&p.lattice, &frame->view, frame->level);
+    p.projection = p.lattice.perspective ? &vr_cells_boxes : &vr_cells_fans;
+    if ((result = check(&p, err)))
         return result;
     if (frame->quality->cells_integration == VR_CELLS_PREFIX && !frame->prefixes &&
         (result = vr_prefixes_create(&frame->prefixes, &frame->table, err)))
         return result;
     p.draw.frame = frame;
     report->tetrahedra = vr_cell_tetrahedra(frame->level);
-    vr_lattice_init(&p.lattice, &frame->view, frame->level);
     find_planes(&p);
     if (!p.cells->lot.entries && (result = vr_cell_lot_init(&p.cells->lot, frame->context, err)))
         return result;
@@ -429,7 +352,7 @@ static int draw(void *state, struct vr_frame *frame, struct brick_image *image, 
 
 static void finish(void *state, struct vr_context *context)
 {
-    struct cells *c = state;
+    struct vr_cells_state *c = state;
     vr_cell_lot_finish(&c->lot, context);
     vr_buffer_finish(&c->basis, context);
     vr_buffer_finish(&c->shown, context);
@@ -438,4 +361,4 @@ static void finish(void *state, struct vr_context *context)
 }
 
 const struct vr_method_row vr_cells = {
-    .state_bytes = sizeof(struct cells), .draw = draw, .finish = finish, .clips = true};
+    .state_bytes = sizeof(struct vr_cells_state), .draw = draw, .finish = finish, .clips = true};

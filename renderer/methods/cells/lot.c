@@ -12,8 +12,12 @@
 #define ROWS        512
 #define ROW_ENTRIES (VR_CELL_LOT_ROW * 4)
 #define ROOM        ((size_t)ROWS * ROW_ENTRIES)
-/* Cells a draw: their vertices are numbered in 16 bits. */
-#define DRAW_CELLS (65536 / (VR_BASIS_SLOTS * VR_BASIS_FAN))
+
+/* Entries a draw: their vertices are numbered in 16 bits. */
+static size_t entries_a_draw(const struct vr_cell_lot *lot)
+{
+    return 65536u / lot->shape.vertices;
+}
 
 int vr_cell_lot_init(struct vr_cell_lot *lot, struct vr_context *context, struct brick_error *err)
 {
@@ -44,25 +48,24 @@ void vr_cell_lot_finish(struct vr_cell_lot *lot, struct vr_context *context)
     *lot = (struct vr_cell_lot){0};
 }
 
-int vr_cell_lot_set_fans(struct vr_cell_lot *lot, struct vr_context *context,
-                         const int triangles[VR_BASIS_SLOTS], struct brick_error *err)
+int vr_cell_lot_set_shape(struct vr_cell_lot *lot, struct vr_context *context,
+                          const struct vr_cell_shape *shape, struct brick_error *err)
 {
     uint16_t *indices;
     size_t n = 0;
-    if (lot->cell_indices && !memcmp(lot->triangles, triangles, sizeof lot->triangles))
+    const bool same = lot->shape.vertices == shape->vertices && lot->shape.indices == shape->indices &&
+                      !memcmp(lot->shape.index, shape->index, shape->indices);
+    lot->shape = *shape;
+    if (same)
         return BRICK_OK;
-    if (!(indices = malloc(DRAW_CELLS * VR_BASIS_SLOTS * 4 * 3 * sizeof *indices)))
-        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the triangles of %d cells", DRAW_CELLS);
-    memcpy(lot->triangles, triangles, sizeof lot->triangles);
-    for (int cell = 0; cell < DRAW_CELLS; cell++)
-        for (int slot = 0; slot < VR_BASIS_SLOTS; slot++)
-            for (int t = 0; t < triangles[slot]; t++) {
-                int fan = (cell * VR_BASIS_SLOTS + slot) * VR_BASIS_FAN;
-                indices[n++] = (uint16_t)(fan + VR_BASIS_THICK);
-                indices[n++] = (uint16_t)(fan + t);
-                indices[n++] = (uint16_t)(fan + (t + 1) % 4);
-            }
-    lot->cell_indices = n / DRAW_CELLS;
+    const size_t entries = entries_a_draw(lot);
+    if (!(indices = malloc(entries * shape->indices * sizeof *indices))) {
+        lot->shape = (struct vr_cell_shape){0};
+        return brick_fail(err, BRICK_ERR_MEMORY, "no memory for the triangles of %zu cells", entries);
+    }
+    for (size_t entry = 0; entry < entries; entry++)
+        for (int i = 0; i < shape->indices; i++)
+            indices[n++] = (uint16_t)(entry * shape->vertices + shape->index[i]);
     context->gl.BindVertexArray(lot->vertex_array);
     context->gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, lot->indices);
     context->gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(n * sizeof *indices), indices,
@@ -138,22 +141,28 @@ static int select_cells(struct vr_cell_lot *lot, const struct vr_cell_draw *draw
 static void draw_runs(const struct vr_cell_lot *lot, const struct vr_cell_draw *draw)
 {
     const struct vr_gl *gl = &draw->frame->context->gl;
+    const size_t most = entries_a_draw(lot);
     gl->UseProgram(draw->draw.program);
     gl->BindVertexArray(lot->vertex_array);
     vr_canvas_use(draw->canvas, draw->frame->context);
     gl->Enable(GL_BLEND);
     gl->BlendEquation(GL_FUNC_ADD);
     gl->BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    if (lot->shape.cull) {
+        gl->Enable(GL_CULL_FACE);
+        gl->CullFace(lot->shape.cull);
+    }
     for (size_t r = 0; r < lot->run_count; r++) {
         const struct vr_cell_run *run = &lot->runs[r];
         vr_set_ivec3(&draw->draw, "brick_first", run->first);
         vr_set_ivec3(&draw->draw, "brick_texel", run->texel);
-        for (size_t i = 0; i < run->count; i += DRAW_CELLS) {
-            size_t n = run->count - i < DRAW_CELLS ? run->count - i : DRAW_CELLS;
+        for (size_t i = 0; i < run->count; i += most) {
+            size_t n = run->count - i < most ? run->count - i : most;
             vr_set_int(&draw->draw, "first_cell", (int)(run->begin + i));
-            gl->DrawElements(GL_TRIANGLES, (GLsizei)(n * lot->cell_indices), GL_UNSIGNED_SHORT, NULL);
+            gl->DrawElements(GL_TRIANGLES, (GLsizei)(n * lot->shape.indices), GL_UNSIGNED_SHORT, NULL);
         }
     }
+    gl->Disable(GL_CULL_FACE);
     gl->Disable(GL_BLEND);
     gl->BindVertexArray(0);
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -177,7 +186,7 @@ int vr_cell_lot_draw(struct vr_cell_lot *lot, const struct vr_cell_draw *draw, s
         draw->frame->context->gl.Finish();
         result = vr_context_check(draw->frame->context, "projecting cells", err);
         for (size_t i = 0; i < lot->count; i++)
-            report->samples += lot->entries[i] >> VR_CELL_PIECE_BIT ? 1 : VR_BASIS_SLOTS;
+            report->samples += lot->shape.tetrahedra[lot->entries[i] >> VR_CELL_PIECE_BIT];
     }
     report->seconds_setup += 1e-9 * (double)(drawn_ns - start_ns);
     report->seconds_draw += 1e-9 * (double)(brick_now_ns() - drawn_ns);

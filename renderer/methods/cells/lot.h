@@ -8,6 +8,14 @@
 #include "frame.h"
 #include "walk.h"
 
+/* What an entry of the list is drawn as: triangles over so many vertices. */
+#define VR_CELL_INDICES (VR_BASIS_SLOTS * 4 * 3)
+struct vr_cell_shape {
+    uint8_t vertices, indices, index[VR_CELL_INDICES];
+    uint8_t tetrahedra[2]; /* of an entry, by its piece's number */
+    GLenum cull;           /* GL_FRONT or GL_BACK; 0: neither */
+};
+
 /* Cells of one brick, one after the other. */
 struct vr_cell_run {
     int first[3];        /* the brick's first voxel, in the level */
@@ -24,15 +32,14 @@ struct vr_cell_lot {
     struct vr_canvas canvas; /* where cells are looked at */
     float *flags;            /* and what was seen */
     GLuint vertex_array, indices;
-    int triangles[VR_BASIS_SLOTS]; /* of the slots' fans, in the indices */
-    size_t cell_indices;
+    struct vr_cell_shape shape; /* in the indices, as often as 16 bits number its vertices */
 };
 
 /* What drawing takes beside the lot. */
 struct vr_cell_draw {
     const struct vr_frame *frame;
     const struct vr_canvas *canvas; /* the picture */
-    struct vr_uniforms look, draw;  /* cells_shown.glsl; cells.vert.glsl and cells.glsl */
+    struct vr_uniforms look, draw;  /* cells_shown.glsl; what draws the shape */
     bool select;                    /* leave out what shows nothing */
     GLuint unit;                    /* of the list */
 };
@@ -40,9 +47,8 @@ struct vr_cell_draw {
 /* The context is bound in all of these. A lot of zeros is safe to finish. */
 int vr_cell_lot_init(struct vr_cell_lot *lot, struct vr_context *context, struct brick_error *err);
 void vr_cell_lot_finish(struct vr_cell_lot *lot, struct vr_context *context);
-/* How many triangles each slot's fan has: vr_basis_table. */
-int vr_cell_lot_set_fans(struct vr_cell_lot *lot, struct vr_context *context,
-                         const int triangles[VR_BASIS_SLOTS], struct brick_error *err);
+int vr_cell_lot_set_shape(struct vr_cell_lot *lot, struct vr_context *context,
+                          const struct vr_cell_shape *shape, struct brick_error *err);
 
 /* Is there room for so many more entries, and for another run? */
 bool vr_cell_lot_has_room(const struct vr_cell_lot *lot, size_t entries);

@@ -9,7 +9,9 @@
 #include <brick/grid.h>
 
 /* A piece of a cell as the shaders know it: its place in the brick + 1 on each axis, in 9 bits each, and the
- * piece's number << 27 (basis.h). */
+ * piece's number << 27 (basis.h). Where cells are not taken to pieces, that is 1 for a cell of six
+ * tetrahedra.
+ */
 #define VR_CELL_PIECE_BIT 27
 
 /* Boxes in the level's index space; false: nothing of it is in the picture. */
@@ -18,7 +20,8 @@ typedef bool vr_cell_box_test(const void *context, const double low[3], const do
 struct vr_cell_walk {
     const struct brick_level *level;
     uint32_t macrocell;        /* its edge */
-    bool descend[3];           /* from high indices to low ones: where rays go up */
+    double eye[3];             /* in the level's index space; parallel rays: infinite, from where they come */
+    bool whole;                /* cells are not taken to pieces */
     const uint32_t *active;    /* bits of the brick's macrocells; NULL: all of them */
     uint32_t macro_strides[2]; /* bit = x + y strides[0] + z strides[1] */
     vr_cell_box_test *visible;

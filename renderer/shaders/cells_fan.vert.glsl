@@ -1,7 +1,6 @@
 /* A vertex of a tetrahedron's fan, found from the numbers of its cell, tetrahedron and vertex alone (Maximo et al. 2008,
  * section 4.2.1). A thin vertex mixes the scalars of four voxels with weights of 1 and 0; so all vertices go one way. Where
  * it is in the picture depends on the voxel's index only, in double precision: neighbours have the same vertex. */
-uniform usamplerBuffer cells; /* walk.h */
 uniform samplerBuffer basis;  /* basis.h */
 uniform int first_cell;
 uniform ivec3 brick_first; /* the brick's first voxel */
@@ -20,8 +19,7 @@ void main()
 {
     int vertex = gl_VertexID % (SLOTS * FAN);
     uint cell = texelFetch(cells, first_cell + gl_VertexID / (SLOTS * FAN)).r;
-    ivec3 at = ivec3(cell & 511u, cell >> 9 & 511u, cell >> 18 & 511u) - 1;
-    ivec3 voxel0 = at + brick_first, texel0 = at + brick_texel;
+    ivec3 at = cell_place(cell), voxel0 = at + brick_first, texel0 = at + brick_texel;
     ivec3 side = ivec3(greaterThanEqual(voxel0, level_last)) - ivec3(lessThan(voxel0, ivec3(0)));
     int odd = (voxel0.x ^ voxel0.y ^ voxel0.z) & 1;
     int kind = ((((side.z + 1) * 3 + side.y + 1) * 3 + side.x + 1) * 2 + odd) * 2 + int(cell >> 27);
