@@ -56,8 +56,8 @@ struct vr_cast_seen {
     uint32_t count;
 };
 
-/* Rays that go through a brick side by side, one a lane: half as much work a sample as through queues where
- * nothing can be skipped. Those that go on are first. */
+/* Rays that go through a brick side by side, one a lane, which where nothing can be skipped is less work than
+ * queues are. Those that go on are first. */
 enum { VR_CAST_STEPS = 8, VR_CAST_PACKET = 256, VR_CAST_PACKET_ROOM = VR_CAST_PACKET + VR_CAST_LANES_MAX };
 _Static_assert((int)VR_CAST_STEPS *(int)VR_CAST_LANES_MAX <= (int)VR_CAST_ROOM, "looked at in one go");
 struct vr_cast_sums {
